@@ -5,40 +5,32 @@
 namespace freeflex {
 
 Motion::Motion(const Plan& plan, Watch watch)
-    : plan_(&plan),
-      state_(make_state(plan)),
-      workspace_(make_workspace(plan)),
-      verdict_uses_budget_(watch.verdict_uses_budget) {
-  if (watch.has_budget) budget_ = make_budget(plan);
-  if (watch.has_verdict) judgement_.emplace(plan);
-  judge();
+    : plan_(&plan), state_(make_state(plan)), workspace_(make_workspace(plan)) {
+  if (watch == Watch::kMotionAlone || plan.verdict.is_off) return;
+  judgement_.emplace(plan);
+  judgement_->take(state_);
 }
 
 // A copied array has memory only for its contents, so the arrays are allocated first and then assigned.
-Motion::Motion(const Motion& other)
-    : Motion(*other.plan_, {.has_budget = !other.budget_.shadows.empty(), .has_verdict = false}) {
+Motion::Motion(const Motion& other) : Motion(*other.plan_, kMotionAlone) {
   state_ = other.state_;
   workspace_ = other.workspace_;
   report_ = other.report_;
-  budget_ = other.budget_;
   if (other.judgement_) judgement_.emplace(*other.judgement_);
-  verdict_uses_budget_ = other.verdict_uses_budget_;
 }
 
 const StepReport& Motion::advance(std::span<const ForceCommand> commands) noexcept {
-  step(*plan_, state_, Inputs{commands}, workspace_, budget_, report_);
-  if (report_.status == StepStatus::kOk) judge();
+  const std::int64_t tick = state_.tick;
+  step(*plan_, state_, Inputs{commands}, workspace_, report_);
+  if (report_.status != StepStatus::kOk || !judgement_) return report_;
+  judgement_->command(tick, commands);
+  judgement_->take(state_);
   return report_;
 }
 
 void Motion::reset() noexcept {
   reset_state(*plan_, state_);
-  judge();
-}
-
-void Motion::judge() noexcept {
-  if (!judgement_) return;
-  verdict_uses_budget_ ? judgement_->take(state_, budget_) : judgement_->take(state_);
+  if (judgement_) judgement_->take(state_);
 }
 
 std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int64_t tick) {

@@ -12,14 +12,12 @@
 //
 //   error (core/error)
 //
-//   ForceCommand ─> shadows, the same motion on better plans ─> distance from the State ─┐
-//                                                                                        ├─> Judgement ─> Verdict
-//   State ─> ModalErrors, terms that the rung neglects ─> ErrorShadow, what they cause ──┘
+//   ForceCommand ─> Shadow, the same motion on a better plan ─> distance from the State ─> Judgement ─> Verdict
 //
 //   (*) only on the rung `coupled` and above. Below, the elastic motion does not act back on the body.
 // clang-format on
 //
-// The motion depends only on the plan, the state and the commands. Shadows and verdict read the state and
+// The motion depends only on the plan, the state and the commands. Shadow and verdict read the state and
 // never change it.
 #pragma once
 
@@ -28,7 +26,6 @@
 #include <span>
 #include <string>
 
-#include "core/error/budget.hpp"
 #include "core/error/judgement.hpp"
 #include "core/plan.hpp"
 #include "core/step/step.hpp"
@@ -36,33 +33,30 @@
 namespace freeflex {
 
 /// Specifies what is computed beside the motion.
-struct Watch {
-  bool has_budget = true;   // advances the shadows of the error budget, if the plan has any
-  bool has_verdict = true;  // judges every tick
-  // true: the verdict uses the error budget; false: the verdict uses only the terms that the rung neglects
-  bool verdict_uses_budget = true;
+enum class Watch {
+  kVerdict,      // the verdict, in step with the motion, unless the plan has it off
+  kMotionAlone,  // nothing
 };
-/// Computes nothing beside the motion.
-inline constexpr Watch kMotionAlone{.has_budget = false, .has_verdict = false};
+inline constexpr Watch kMotionAlone = Watch::kMotionAlone;
 
 /// Holds everything that a motion needs besides the plan. The constructors allocate all memory; all other
 /// functions allocate nothing. The plan must outlive the motion and all its copies.
 class Motion {
  public:
   /// Makes a motion at the initial values of the plan, at tick 0 and epoch 0.
-  explicit Motion(const Plan& plan, Watch watch = {});
+  explicit Motion(const Plan& plan, Watch watch = Watch::kVerdict);
   /// Copies a motion. The two motions then give the same bits and the same verdicts for the same commands.
   Motion(const Motion& other);
   Motion& operator=(const Motion&) = delete;
 
   /// Advances by one tick: removes the slots that expire, applies the commands in their order, steps, and
-  /// judges the new state. If the new state would not be finite, keeps everything as it was before the tick
-  /// and reports kNotFinite. \pre the commands passed check_command and has_slot_for
+  /// judges the new state. If the step fails, keeps everything as it was before the tick and reports why.
+  /// \pre the commands passed check_command and has_slot_for
   const StepReport& advance(std::span<const ForceCommand> commands = {}) noexcept;
   /// Continues the motion on another plan with the same structure, rung and modes, such as the plan at
   /// another rate. \pre the motion was made with kMotionAlone; `plan` outlives the motion
   void set_plan(const Plan& plan) noexcept {
-    assert(!has_verdict() && budget_.shadows.empty());
+    assert(!has_verdict());
     plan_ = &plan;
   }
   /// Returns to the initial values of the plan. The tick continues, and the epoch increases by one.
@@ -76,37 +70,24 @@ class Motion {
   }
 
   bool has_verdict() const noexcept { return judgement_.has_value(); }
-  /// Returns the verdict on the motion so far.  \pre has_verdict()
-  const Verdict& verdict() const noexcept {
-    assert(has_verdict());
-    return judgement_->now();
-  }
+  /// Returns the verdict on the motion so far. If nothing is judged, its tick is -1.
+  const Verdict& verdict() const noexcept { return judgement_ ? judgement_->now() : not_judged_; }
   /// Returns the worst verdict since the epoch began, or the first of several equally bad ones. If every
-  /// verdict was `good`, the tick of the returned verdict is -1.  \pre has_verdict()
-  const Verdict& worst() const noexcept {
-    assert(has_verdict());
-    return judgement_->worst();
-  }
-  /// Returns true if the motion of a shadow became infinite or NaN.
-  bool has_lost_reference() const noexcept { return budget_.is_lost; }
-  /// Returns the present estimates of the error budget. Without a budget all values are zero.
-  BudgetReading read_budget() noexcept { return freeflex::read_budget(*plan_, state_, budget_); }
+  /// verdict was `good`, the tick of the returned verdict is -1.
+  const Verdict& worst() const noexcept { return judgement_ ? judgement_->worst() : not_judged_; }
 
  private:
-  void judge() noexcept;
-
   const Plan* plan_;
   State state_;
   Workspace workspace_;
   StepReport report_;
-  Budget budget_;  // empty without a budget
   std::optional<Judgement> judgement_;
-  bool verdict_uses_budget_;
+  Verdict not_judged_;
 };
 
-/// Returns what to tell a user about a tick that failed with kNoEquilibrium, kNoFrame,
-/// kTurnedTooFar or kOpenJoint.  \param tick  the
-/// last tick
+/// Returns what to tell a user about a tick that failed with kNoEquilibrium, kNoFrame, kTurnedTooFar or
+/// kOpenJoint.
+/// \param tick  the last tick
 std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int64_t tick);
 
 }  // namespace freeflex

@@ -55,6 +55,9 @@ inline constexpr std::array<RungTraits, 6> kRungs{{
     {Fidelity::kFull, "full", true, false, true, true, true, false},
 }};
 
+/// Lists the rungs on which a motion without true geometry is judged, best first   (THEORY 15.1).
+inline constexpr std::array kBetterRungs{Fidelity::kCorotational, Fidelity::kFull, Fidelity::kCoupled};
+
 /// Returns true for the number of a rung. Plan files hold these numbers.
 constexpr bool is_rung(Fidelity rung) noexcept {
   return static_cast<std::int32_t>(rung) >= 0 && static_cast<std::size_t>(rung) < kRungs.size();

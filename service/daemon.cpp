@@ -158,8 +158,10 @@ class Daemon {
   SharedBlock& inbound();
   void claim_prefix();
   std::int64_t listen(milliseconds time);
+  NotJudged start_verdict();
   void start_simulation();
   void supervise();
+  void note_late_verdicts(std::int64_t now_ns, std::int64_t& num_noted, LimitedLog& log) const;
   void log_start() const;
   void log_end() const;
 
@@ -178,7 +180,9 @@ class Daemon {
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<Publisher> publisher_;
   std::unique_ptr<OperatorSocket> operator_;
+  std::unique_ptr<VerdictThread> verdicts_;  // null if nothing is judged
   std::unique_ptr<Simulation> simulation_;
+  std::thread judging_;
   std::thread verifying_;
   std::thread publishing_;
   std::thread simulating_;
@@ -201,6 +205,8 @@ Daemon::Daemon(const DaemonOptions& options, SignalWatch& signals)
 Daemon::~Daemon() {
   if (simulation_) simulation_->request_stop();
   if (simulating_.joinable()) simulating_.join();
+  if (verdicts_) verdicts_->request_stop();
+  if (judging_.joinable()) judging_.join();
   if (publisher_) publisher_->request_stop();
   if (publishing_.joinable()) publishing_.join();
   if (verifier_) verifier_->request_stop();
@@ -308,13 +314,36 @@ std::int64_t Daemon::listen(milliseconds time) {
   return other;
 }
 
+/// Starts the thread that judges the motion, unless the scene or the user has it off or the machine has too
+/// few processors. Returns why nothing is judged.
+NotJudged Daemon::start_verdict() {
+  constexpr unsigned kLeastProcessors = 3;
+  if (plan_.verdict.shadows.empty()) {
+    spdlog::info("the motion is not judged: {}", not_judged_text(plan_));
+    return NotJudged::kOff;
+  }
+  if (!options_.judges.value_or(true)) return NotJudged::kOff;
+  if (!options_.judges && std::thread::hardware_concurrency() < kLeastProcessors) {
+    spdlog::warn(
+        "the motion is not judged, because this machine has fewer than {} processors; --verdict on judges it",
+        kLeastProcessors);
+    return NotJudged::kProcessors;
+  }
+  verdicts_ = std::make_unique<VerdictThread>(plan_);
+  judging_ = start_thread("the verdict", [this] { verdicts_->run(); });
+  return NotJudged::kJudged;
+}
+
 void Daemon::start_simulation() {
+  const NotJudged not_judged = start_verdict();
   const LoopSettings settings{.timing = options_.timing,
                               .starts_holding = options_.starts_holding,
                               .until_tick = until_tick_,
                               .may_bus_clear = verifier_ != nullptr,
+                              .not_judged = not_judged,
                               .limits = plan_.command_limits};
-  simulation_ = std::make_unique<Simulation>(plan_, settings, clock_, inbound().inbound, output_);
+  simulation_ =
+      std::make_unique<Simulation>(plan_, settings, clock_, inbound().inbound, output_, verdicts_.get());
   if (!has_default_arithmetic()) {
     throw StartFault(
         kRuntimeFailure,
@@ -344,6 +373,7 @@ void Daemon::start_simulation() {
 void Daemon::supervise() {
   LimitedLog log;
   bool is_full = false;
+  std::int64_t num_late = 0;
   std::int64_t noted_other = ingress_.block().other_session.load(std::memory_order_relaxed);
   while (!output_.is_finished.load(std::memory_order_acquire)) {
     operator_->serve(kSupervision);
@@ -367,10 +397,22 @@ void Daemon::supervise() {
                 "commands arrive faster than they are processed, so the socket's queue is full and commands "
                 "are lost; send fewer a second");
     is_full = fill > (is_full ? kFull / 2 : kFull);
+    note_late_verdicts(now_ns, num_late, log);
     log.write_due(now_ns);
   }
   operator_->serve(milliseconds{0});  // delivers the answer to a STOP
   log.end();
+}
+
+/// Logs comparisons that came too late since the last call.
+void Daemon::note_late_verdicts(std::int64_t now_ns, std::int64_t& num_noted, LimitedLog& log) const {
+  if (verdicts_ == nullptr || verdicts_->num_late() == num_noted) return;
+  num_noted = verdicts_->num_late();
+  log.write(
+      LineKind::kVerdict, now_ns,
+      fmt::format("{} comparisons of the verdict came too late and were skipped; free a processor for the "
+                  "verdict, or set verdict: {{share: S}} to a smaller share",
+                  num_noted));
 }
 
 void Daemon::log_start() const {

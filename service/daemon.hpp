@@ -26,6 +26,8 @@ struct DaemonOptions {
   // value, no keys are needed.
   std::optional<std::string> keys;
   Timing timing{};
+  // whether the motion is judged; without a value, if the machine has at least 3 processors
+  std::optional<bool> judges;
 };
 
 /// Exit codes of the process.

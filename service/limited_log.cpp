@@ -24,6 +24,7 @@ spdlog::level::level_enum level_of(LineKind kind) {
     case LineKind::kNotSent:
     case LineKind::kSlip:
     case LineKind::kRefused:
+    case LineKind::kVerdict:
       break;
   }
   return spdlog::level::warn;

@@ -20,8 +20,9 @@ enum class LineKind : std::size_t {
   kNotSent,   // messages could not be sent
   kSlip,
   kRefused,  // the verifier refused a command and did not answer it
+  kVerdict,  // the verdict came too late
 };
-inline constexpr std::size_t kNumLineKinds = static_cast<std::size_t>(LineKind::kRefused) + 1;
+inline constexpr std::size_t kNumLineKinds = static_cast<std::size_t>(LineKind::kVerdict) + 1;
 
 /// Writes the text to spdlog's default logger at the level of the kind.
 void write_line(LineKind kind, const std::string& text);

@@ -50,14 +50,15 @@ std::string timing_name(const Timing& timing) {
 }
 
 Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& clock, InboundRing& inbound,
-                       Output& output)
+                       Output& output, VerdictThread* verdicts)
     : plan_(plan),
       settings_(settings),
       clock_(clock),
       inbound_(inbound),
       output_(output),
       names_(std::make_unique<io::NameTable>()),
-      motion_(plan),
+      motion_(plan, kMotionAlone),
+      verdicts_(verdicts),
       command_queue_(settings.limits.sender_share, io::max_hold_ticks(plan)),
       pacer_(plan.period / settings.timing.scale * 1e9),
       inbound_entry_(std::make_unique<InboundEntry>()),
@@ -65,6 +66,7 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
   io::fill_name_table(plan, *names_);
   io::limit_holds(plan, *names_);
   free_.take(plan_, state());
+  if (verdicts_ != nullptr) verdicts_->state(state());
   for (std::size_t i = 0; i < every_.size(); ++i) every_[i] = io::ticks_between(plan.rates[i], plan.period);
 }
 
@@ -117,6 +119,15 @@ std::optional<std::int64_t> Simulation::wait_idle() noexcept {
   return {};
 }
 
+/// A loop that is not paced would run ahead of the verdict thread, so it waits for the verdict that is due,
+/// but not for longer than kReaderPatience.
+void Simulation::wait_for_verdict() noexcept {
+  if (settings_.timing.is_paced()) return;
+  const std::int64_t give_up_ns = clock_.now_ns() + kReaderPatience;
+  while (!verdicts_->is_ready(state().tick) && clock_.now_ns() < give_up_ns)
+    clock_.sleep_until(clock_.now_ns() + kReaderWait);
+}
+
 /// Sets the number of ticks to execute. If the loop was holding and now advances, makes the next tick due
 /// now, so that no deadline lies in the past.
 void Simulation::set_steps(std::int64_t steps) noexcept {
@@ -149,6 +160,11 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
     push_applied(freeflex_msgs::applied_t::FORCE, &command, nullptr);
   }
   free_.take(plan_, state());
+  if (verdicts_ != nullptr) {
+    verdicts_->command(tick, due);  // not before the step, because commands of a failed step never act
+    wait_for_verdict();
+    verdicts_->state(state());
+  }
   output_.tick.store(state().tick, std::memory_order_relaxed);
   if (steps_left_ != kForever) --steps_left_;
   if (settings_.until_tick > 0 && state().tick >= settings_.until_tick) request_stop();
@@ -201,8 +217,16 @@ void Simulation::fill(Snapshot& draft) const noexcept {
   draft.num_slots = state().num_slots;
   draft.mode = mode();
   draft.fault = fault_;
-  draft.verdict = motion_.verdict();
-  draft.worst = motion_.worst();
+  if (verdicts_ == nullptr) {
+    draft.not_judged = settings_.not_judged;
+    return;
+  }
+  draft.not_judged = verdicts_->has_fallen_behind() ? NotJudged::kBehind
+                     : verdicts_->judged().tick < 0 ? NotJudged::kNotYet
+                                                    : NotJudged::kJudged;
+  draft.verdict = verdicts_->judged().now;
+  draft.worst = verdicts_->judged().worst;
+  draft.num_late = verdicts_->num_late();
 }
 
 /// Offers a snapshot on a channel. If the queue is full, a paced loop drops the snapshot and counts the loss,
@@ -230,7 +254,6 @@ void Simulation::offer_motion(std::size_t channel) noexcept {
 void Simulation::offer_status() noexcept {
   Snapshot& draft = output_.status.draft();
   fill(draft);
-  draft.budget = motion_.read_budget();
   output_.status.offer();
 }
 

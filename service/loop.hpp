@@ -13,6 +13,7 @@
 #include "service/command_queue.hpp"
 #include "service/output.hpp"
 #include "service/shared.hpp"
+#include "service/verdict_thread.hpp"
 
 namespace freeflex::service {
 
@@ -33,6 +34,7 @@ struct LoopSettings {
   bool starts_holding = false;
   std::int64_t until_tick = 0;  // the loop ends at this tick, 0 if never
   bool may_bus_clear = false;   // true: accepts CLEAR from the bus, because the verifier checks keys
+  NotJudged not_judged = NotJudged::kOff;  // why nothing is judged, if there is no verdict thread
   CommandLimits limits{};
 };
 
@@ -46,8 +48,9 @@ class Simulation {
   /// ring for the next tick.
   static constexpr int kMaxDrained = 64;
 
+  /// \param verdicts  judges the motion; nullptr: nothing is judged
   Simulation(const Plan& plan, const LoopSettings& settings, Clock& clock, InboundRing& inbound,
-             Output& output);
+             Output& output, VerdictThread* verdicts);
 
   /// Body of the simulation thread.
   void run() noexcept;
@@ -67,6 +70,7 @@ class Simulation {
   Mode mode() const noexcept;
   std::optional<std::int64_t> wait_for_tick() noexcept;
   std::optional<std::int64_t> wait_idle() noexcept;
+  void wait_for_verdict() noexcept;
   void advance(std::int64_t woken_ns) noexcept;
   void set_steps(std::int64_t steps) noexcept;
 
@@ -101,6 +105,7 @@ class Simulation {
                                                           // off
 
   Motion motion_;
+  VerdictThread* const verdicts_;
   CommandQueue command_queue_;
   Pacer pacer_;
   std::unique_ptr<InboundEntry> inbound_entry_;

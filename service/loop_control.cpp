@@ -167,6 +167,7 @@ Reason Simulation::reset() noexcept {
   command_queue_.clear();
   motion_.reset();
   free_.take(plan_, state());
+  if (verdicts_ != nullptr) verdicts_->state(state());
   applied_entry_->tick = state().tick;
   push_applied(freeflex_msgs::applied_t::RESET, nullptr, nullptr);
   if (has_faulted_) {

@@ -80,6 +80,12 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->type_name("NAME");
   app.add_flag("--take-over", options.takes_over,
                "start even if another freeflexd seems to use the prefix, whose messages may be forged");
+  std::string verdict = "auto";
+  app.add_option("--verdict", verdict,
+                 "on: judge the motion on a thread; off: do not; auto: if there are 3 processors or more")
+      ->type_name("MODE")
+      ->default_str(verdict)
+      ->check(freeflex::service::one_of({"auto", "on", "off"}));
   std::string keys;
   CLI::Option* const has_keys = app.add_option(
       "--keys", keys, "accept only commands sealed with these keys: a key file, or a folder of *.key");
@@ -96,6 +102,7 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
           "--time",
           "the value is '" + timing + "', but must be realtime, scaled=K with K > 0, lockstep or asap");
     options.timing = *parsed;
+    if (verdict != "auto") options.judges = verdict == "on";
     // `--keys ""`, as from an unset variable, is an error and does not mean "no keys"
     if (has_keys->count() > 0) options.keys = keys;
   } catch (const CLI::ParseError& error) {

@@ -65,7 +65,6 @@ void MotionStatus::fill(const JudgedMotion& judged, freeflex_msgs::status_t& sta
   fill_drift(judged, invariants, status);
   fill_sizes(motion, invariants, status);
   fill_verdict(judged, status);
-  fill_budget(judged.budget, status);
 }
 
 void MotionStatus::fill_drift(const JudgedMotion& judged, const Invariants& invariants,
@@ -92,27 +91,23 @@ void MotionStatus::fill_sizes(const MotionState& motion, const Invariants& invar
 }
 
 void MotionStatus::fill_verdict(const JudgedMotion& judged, freeflex_msgs::status_t& status) const {
-  status.validity = static_cast<std::int32_t>(judged.now.level);
-  status.validity_cause = text_of(plan_, judged.now);
-  status.model_error = judged.now.error;
-  status.displacement_now = judged.now.displacement_now;
-  status.error_scale = judged.now.scale;
-  status.worst_validity = static_cast<std::int32_t>(judged.worst.level);
+  using freeflex_msgs::status_t;
+  const auto level = [](const Verdict& verdict) { return static_cast<std::int32_t>(verdict.level); };
+  const bool is_judged = !plan_.verdict.shadows.empty() && judged.now.tick >= 0;
+  status.validity = is_judged ? level(judged.now) : status_t::NOT_JUDGED;
+  status.worst_validity = is_judged ? level(judged.worst) : status_t::NOT_JUDGED;
+  status.validity_cause = is_judged ? text_of(plan_, judged.now) : not_judged_text(plan_);
   status.worst_validity_tick = judged.worst.tick;
   status.worst_validity_cause = text_of(plan_, judged.worst);
-}
-
-void MotionStatus::fill_budget(const BudgetReading& reading, freeflex_msgs::status_t& status) const {
-  if (plan_.budget.shadows.empty()) return;
-  status.budget_horizon = plan_.budget.horizon;
-  status.budget_age = reading.age;
-  const ErrorSize* const parts[] = {&reading.total, &reading.integration, &reading.truncation,
-                                    &reading.model};
-  for (std::size_t k = 0; k < std::size(parts); ++k) {
-    status.error_position[k] = parts[k]->position;
-    status.error_attitude[k] = parts[k]->attitude;
-    status.error_elastic[k] = parts[k]->elastic;
-  }
+  status.judged_tick = judged.now.tick;
+  if (!plan_.verdict.shadows.empty())
+    status.judged_every = static_cast<std::int32_t>(plan_.verdict.shadows.front().every);
+  status.position_error = judged.now.error.position;
+  status.attitude_error = judged.now.error.attitude;
+  status.deformation_error = judged.now.error.deformation;
+  status.shadow_error = judged.now.own_error;
+  status.displacement_now = judged.now.displacement_now;
+  status.error_scale = judged.now.scale;
 }
 
 bool is_pushed(const Plan& plan, const State& state) noexcept {

@@ -19,11 +19,10 @@ struct FreeMotion {
   void take(const Plan& plan, const State& state) noexcept;
 };
 
-/// A motion with its verdicts, its error budget and the values from which its drifts are measured.
+/// A motion with its verdicts and the values from which its drifts are measured.
 struct JudgedMotion {
   const MotionState& motion;
   const Verdict &now, &worst;
-  const BudgetReading& budget;
   const FreeMotion& free;
 };
 
@@ -31,7 +30,7 @@ class MotionStatus {
  public:
   explicit MotionStatus(const Plan& plan);
 
-  /// Fills plan, epoch, tick, replan, energies, drifts, displacements, error budget and verdict.
+  /// Fills plan, epoch, tick, replan, energies, drifts, displacements and verdict.
   void fill(const JudgedMotion& judged, freeflex_msgs::status_t& status) const;
 
  private:
@@ -40,7 +39,6 @@ class MotionStatus {
   void fill_sizes(const MotionState& motion, const Invariants& invariants,
                   freeflex_msgs::status_t& status) const;
   void fill_verdict(const JudgedMotion& judged, freeflex_msgs::status_t& status) const;
-  void fill_budget(const BudgetReading& reading, freeflex_msgs::status_t& status) const;
 
   const Plan& plan_;
   Validity validity_;

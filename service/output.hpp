@@ -61,6 +61,15 @@ struct PageRequest {
   bool uses_fallback = false;
 };
 
+/// States why there is no verdict.
+enum class NotJudged : std::int32_t {
+  kJudged = 0,
+  kNotYet,  // the result for the first tick is not due yet
+  kOff,  // the scene has verdict: off, the plan has no shadow, or the daemon was started with --verdict off
+  kProcessors,  // the machine has too few processors
+  kBehind,      // the verdict thread fell so far behind that nothing is judged until the next reset
+};
+
 /// Data of one tick for publication.
 struct Snapshot {
   MotionState motion;
@@ -69,8 +78,9 @@ struct Snapshot {
   std::int32_t num_slots = 0;  // slots in force
   Mode mode = Mode::kStarting;
   FaultNote fault;
-  BudgetReading budget;    // status only
-  Verdict verdict, worst;  // present verdict, and the worst since the epoch began
+  Verdict verdict, worst;     // the verdict that is due, and the worst since the epoch began
+  std::int64_t num_late = 0;  // number of comparisons that came too late
+  NotJudged not_judged = NotJudged::kOff;
 };
 /// Returns a snapshot with memory for a motion in the reduced plan and in the fallback plan. Copies of the
 /// snapshot have this memory too, so assigning a motion to them allocates nothing.

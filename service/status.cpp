@@ -31,12 +31,26 @@ freeflex_msgs::status_t StatusReporter::report(const Snapshot& snapshot, std::in
   status.ingress_hangs = ingress_.hangs.load(std::memory_order_relaxed);
   fill_counts(status);
   fill_timing(status);
-  motion_.fill({.motion = snapshot.motion,
-                .now = snapshot.verdict,
-                .worst = snapshot.worst,
-                .budget = snapshot.budget,
-                .free = snapshot.free},
-               status);
+  motion_.fill(
+      {.motion = snapshot.motion, .now = snapshot.verdict, .worst = snapshot.worst, .free = snapshot.free},
+      status);
+  status.judgements_late = snapshot.num_late;
+  if (snapshot.not_judged == NotJudged::kJudged) return status;
+  if (snapshot.not_judged == NotJudged::kOff || snapshot.not_judged == NotJudged::kProcessors)
+    status.judged_every = 0;
+  status.validity = freeflex_msgs::status_t::NOT_JUDGED;
+  if (snapshot.not_judged == NotJudged::kProcessors)
+    status.validity_cause =
+        "the verdict takes a processor, and this machine has fewer than 3; start the daemon with --verdict "
+        "on";
+  if (snapshot.not_judged == NotJudged::kBehind) {
+    status.validity_cause = "the verdict fell too far behind the simulation; RESET judges again";
+    if (snapshot.verdict.tick >= 0) return status;  // the worst verdict so far stays
+  }
+  status.worst_validity = freeflex_msgs::status_t::NOT_JUDGED;
+  status.worst_validity_cause.clear();
+  if (snapshot.not_judged == NotJudged::kOff && !plan_.verdict.shadows.empty())
+    status.validity_cause = "the daemon was started with --verdict off";
   return status;
 }
 

@@ -17,7 +17,6 @@
 #include "core/plan/rungs/rates.hpp"
 #include "core/plan/rungs/rungs.hpp"
 #include "core/plan/start.hpp"
-#include "core/plan/unmodelled.hpp"
 #include "core/scene/check/extremes.hpp"
 #include "core/step/coupled/coupled.hpp"
 #include "core/step/rigid/principal.hpp"
@@ -206,21 +205,6 @@ void compile_wheels(const Scene& scene, Plan& plan) {
         {wheel.name, attitude_index_of(plan, wheel.point), to_array(wheel.axis), wheel.momentum});
 }
 
-// Computes a . (theta_l x theta_u) for each wheel and each pair l, u of modes that the verdict judges, where
-// a is the axis of the wheel and theta_l the rotation of its body in mode l (THEORY 16.24).
-void compile_gyroscopic(Plan& plan) {
-  const auto n = static_cast<std::size_t>(plan.num_padded);
-  for (const PlanWheel& wheel : plan.wheels) {
-    const double* rows = rotation_rows(plan, wheel.attitude_index);
-    const auto theta = [&](std::int32_t mode) {
-      const auto l = static_cast<std::size_t>(mode);
-      return Vec3{rows[l], rows[n + l], rows[2 * n + l]};
-    };
-    for (const auto& [l, u] : plan.unmodelled.pairs)
-      plan.unmodelled.gyroscopic.push_back(dot(wheel.axis, cross(theta(l), theta(u))));
-  }
-}
-
 void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
   for (std::size_t k = 0; k < scene.links.size(); ++k) {
     const Link& link = scene.links[k];
@@ -381,8 +365,6 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   if (has_error(faults)) return std::nullopt;
   if (is_coupled(plan)) compile_kinetics(scene, structure, shapes, kinetic_form(structure, plan), plan);
   if (is_coupled(plan)) compile_initial_joints(scene, plan, faults);
-  if (spec.is_judged) compile_unmodelled(scene, whole, spec, plan);
-  compile_gyroscopic(plan);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, spec.rate);
   if (is_coupled(plan)) check_stages(scene, plan, faults);

@@ -9,8 +9,8 @@
 #include "core/plan/compile.hpp"
 #include "core/plan/omit/leave_out.hpp"
 #include "core/plan/rungs/automatic.hpp"
-#include "core/plan/rungs/budget.hpp"
 #include "core/plan/rungs/rates.hpp"
+#include "core/plan/rungs/shadow.hpp"
 #include "core/plan/start.hpp"
 
 namespace freeflex {
@@ -123,30 +123,25 @@ std::vector<std::int32_t> modes_in_fallback(const std::vector<int>& few, const s
   return modes_in_fallback;
 }
 
-void set_features(std::vector<PlanFeature> features, Plan& plan) {
-  for (const PlanFeature& feature : features)
-    plan.unmodelled.error_per_force = std::max(plan.unmodelled.error_per_force, feature.error_per_force);
-  plan.features = std::move(features);
-}
-
-// Returns the plan without the features that the scene does not need, together with its fallback plan.
+// Returns the plan without the features that the scene does not need, together with its fallback plan. Sets
+// `of_plan` to the structure from which it was compiled.
 std::optional<Plan> compile_reduced(const Scene& scene, const Structure& structure, const PlanSpec& spec,
-                                    const Plan& full, Faults& faults) {
+                                    const Plan& full, std::shared_ptr<const Structure>& of_plan,
+                                    Faults& faults) {
   ReducedSpec reduced = leave_out_unneeded(scene, structure, spec, full);
+  of_plan = reduced.structure;
   std::optional<Plan> plan = compile(scene, *reduced.structure, reduced.spec, faults);
   if (!plan) return std::nullopt;
   if (leave_out_small_modes(scene, *plan, reduced)) {
     plan = compile(scene, *reduced.structure, reduced.spec, faults);
     if (!plan) return std::nullopt;
   }
-  set_features(reduced.features, *plan);
-  plan->unmodelled.left_out = reduced.small_size;
+  plan->features = std::move(reduced.features);
   plan->tolerance = scene.leave_out.tolerance;
   plan->horizon = reduced.horizon;
   if (const std::optional<PlanSpec> open = fallback_spec(scene, reduced)) {
     std::optional<Plan> fallback = compile(scene, *reduced.structure, *open, faults);
     if (!fallback) return std::nullopt;
-    plan->fallback_unmodelled.push_back(std::move(fallback->unmodelled));
     plan->fallback.push_back(std::move(*fallback));
     plan->fallback_modes = modes_in_fallback(reduced.spec.modes, open->modes);
   }
@@ -160,8 +155,7 @@ std::optional<Plan> compile_without_small_modes(const Scene& scene, const Struct
   leave_out_small_modes(scene, full, reduced);
   std::optional<Plan> plan = compile(scene, *reduced.structure, reduced.spec, faults);
   if (!plan) return std::nullopt;
-  set_features(reduced.features, *plan);
-  plan->unmodelled.left_out = reduced.small_size;
+  plan->features = std::move(reduced.features);
   plan->tolerance = scene.leave_out.tolerance;
   plan->horizon = reduced.horizon;
   return plan;
@@ -222,16 +216,16 @@ std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& struc
   // are omitted later
   std::optional<Plan> plan = compile_full(scene, structure, spec, rate, faults);
   if (!plan) return std::nullopt;
+  std::shared_ptr<const Structure> of_plan;
   if (may_leave_out(structure, *rung))
-    plan = compile_reduced(scene, structure, spec, *plan, faults);
+    plan = compile_reduced(scene, structure, spec, *plan, of_plan, faults);
   else if (may_leave_out_modes(scene, structure, *rung))
     plan = compile_without_small_modes(scene, structure, spec, *plan, faults);
   else
-    set_features(report_on_full_plan(scene, structure, *rung, faults), *plan);
+    plan->features = report_on_full_plan(scene, structure, *rung, faults);
   if (!plan) return std::nullopt;
   plan->tried_rungs = std::move(tried);
-  compile_budget(scene, structure, *plan, faults);
-  if (has_error(faults)) return std::nullopt;
+  compile_verdict(scene, structure, of_plan ? *of_plan : structure, *plan);
   return plan;
 }
 

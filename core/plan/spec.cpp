@@ -16,9 +16,8 @@ PlanSpec full_spec(const Scene& scene, const Structure& structure, Fidelity rung
   if (traits.has_modes) spec.modes.resize(num_modes);
   std::iota(spec.modes.begin(), spec.modes.end(), 0);
   spec.initial = initial_modes(scene, structure);
-  // On the coupled rungs all points act on the body, and an error budget reads all points.
-  spec.has_every_row = traits.couples || scene.error_budget.horizon > 0.0 ||
-                       scene.leave_out.keeps[static_cast<std::size_t>(Feature::kPointRows)];
+  // on the coupled rungs all points act on the body
+  spec.has_every_row = traits.couples || scene.leave_out.keeps[static_cast<std::size_t>(Feature::kPointRows)];
   // link forces follow from the deformation, so the rung must have modes unless the structure has none
   spec.publishes_links = traits.has_modes || num_modes == 0;
   if (traits.divides_tick) spec.substep_phase = kFullPhase;
@@ -31,7 +30,6 @@ PlanSpec unpublished_spec(const Scene& scene, const Structure& structure, Fideli
   spec.rate = scene.rate * substeps;
   spec.has_every_row = true;
   spec.publishes_links = false;
-  spec.is_judged = false;
   // a rung that divides the tick would make fewer substeps per tick at the higher rate, so the largest phase
   // in a substep is reduced too
   if (traits_of(rung).divides_tick) spec.substep_phase /= substeps;

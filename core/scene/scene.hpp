@@ -301,10 +301,14 @@ struct Publication {
   std::vector<int> groups;    // indices into Scene::groups
 };
 
-/// Asks for the error budget, which estimates the error while the motion runs. The estimate follows
-/// from the distance to a motion that is computed on the best rung with a finer step (THEORY 12.22 to 12.26).
-struct ErrorBudget {
-  double horizon = 0.0;  // [s] time after which the comparison restarts; 0: no budget
+/// Says how a motion is judged: by its distance from the same motion on a better plan   (THEORY section 15).
+struct VerdictAsked {
+  bool is_off = false;
+  // [s] length of a horizon, of which one in several is judged if the better plan would take more than its
+  // share; 0: 10 s, or 2 s if not all horizons are judged
+  double horizon = 0.0;
+  double share = 0.2;  // [-] from 0.001 to 1, of a processor that the better plan may take
+  double step = 0.0;   // [s] longest step of the better plan; 0: 10 ms, or less for fast structures
   Origin origin{};
 };
 
@@ -340,7 +344,7 @@ struct Scene {
   Attractor attractor;
   Fidelity fidelity = Fidelity::kSeparated;  // if `automatic` is given, the set-up chooses the rung
   std::optional<AutomaticRung> automatic;
-  ErrorBudget error_budget;
+  VerdictAsked verdict;
   double tolerance = 0.0;  // [m] smallest displacement that matters to the user, with which errors are
                            // compared; 0: not given
   std::vector<Feedback> feedbacks;

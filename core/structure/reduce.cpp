@@ -29,7 +29,6 @@ Structure reduce(const Structure& structure, const std::vector<int>& modes) {
   few.kept = structure.kept;
   few.num_constraints = structure.num_constraints;
   few.constraint_shapes = structure.constraint_shapes;
-  few.prestress = structure.prestress;
   few.omega = structure.omega(modes);
   if (structure.structural_ratio.size() > 0) few.structural_ratio = structure.structural_ratio(modes);
   few.shapes = columns(structure.shapes, modes);

@@ -262,7 +262,6 @@ void fill_rest(const Scene& scene, const LinkFactor& factor, const StaticRespons
   structure.structural_ratio = structural_ratio(scene, factor, structure);
   structure.local_rotations = local_rotations(scene, factor, structure);
   set_link_forces(scene, factor, structure);
-  structure.prestress = find_prestress(scene, factor, structure);
   structure.load_stiffness = find_load_stiffness(scene, factor, structure, responses);
 }
 

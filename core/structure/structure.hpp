@@ -11,7 +11,6 @@
 
 #include "core/scene/scene.hpp"
 #include "core/structure/prestress/load_stiffness.hpp"
-#include "core/structure/prestress/prestress.hpp"
 #include "core/structure/resolved_scene.hpp"
 
 namespace freeflex {
@@ -97,7 +96,6 @@ struct Structure {
   // [1/m] (3 x n) by point with a follower force: elastic rotation of the surroundings of the point, body
   // axes (THEORY 8.24)
   std::map<int, Eigen::Matrix3Xd> local_rotations;
-  Prestress prestress;
   std::vector<LoadStiffness> load_stiffness;  // geometric stiffness of loads and fields
 };
 

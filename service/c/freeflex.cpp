@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "core/motion.hpp"
+#include "core/plan/explain.hpp"
 #include "core/plan/file/plan_bytes.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "service/command_queue.hpp"
@@ -255,16 +257,22 @@ void write_elastic(const freeflex_motion& motion, std::span<const double> from, 
     to[is_reduced ? static_cast<std::size_t>(plan.fallback_modes[l]) : l] = from[l];
 }
 
+// Fails if a motion whose plan can be judged was made without a verdict.
+int refuse_without_verdict(const freeflex_motion& motion) {
+  if (motion.motion.has_verdict() || motion.plan().verdict.shadows.empty()) return FREEFLEX_OK;
+  return fail(FREEFLEX_BAD_ARGUMENT, "this motion has no verdict; make it with FREEFLEX_WITH_VERDICT");
+}
+
 int write_verdict(const freeflex_motion& motion, bool is_worst, freeflex_verdict& into) {
-  if (!motion.motion.has_verdict())
-    return fail(FREEFLEX_BAD_ARGUMENT, "this motion has no verdict; make it with FREEFLEX_WITH_VERDICT");
+  if (const int code = refuse_without_verdict(motion); code != FREEFLEX_OK) return code;
   const Verdict& verdict = is_worst ? motion.motion.worst() : motion.motion.verdict();
   const std::string cause =
-      verdict.level == Verdict::Level::kGood ? std::string() : text_of(motion.plan(), verdict);
+      motion.motion.verdict().tick < 0 ? not_judged_text(motion.plan()) : text_of(motion.plan(), verdict);
   into = {};
   into.tick = verdict.tick;
-  into.level = static_cast<std::int32_t>(verdict.level);
-  into.error = verdict.error;
+  const bool is_judged = motion.motion.verdict().tick >= 0;
+  into.level = is_judged ? static_cast<std::int32_t>(verdict.level) : FREEFLEX_NOT_JUDGED;
+  into.error = verdict.error.deformation;
   into.scale = verdict.scale;
   std::copy_n(cause.begin(), std::min(cause.size(), sizeof into.cause - 1), into.cause);
   return FREEFLEX_OK;
@@ -622,4 +630,58 @@ int freeflex_motion_verdict(const freeflex_motion* motion, freeflex_verdict* ver
 }
 int freeflex_motion_worst_verdict(const freeflex_motion* motion, freeflex_verdict* verdict) noexcept {
   return entered(*motion, [&] { return write_verdict(*motion, true, *verdict); });
+}
+
+int freeflex_motion_errors(const freeflex_motion* motion, freeflex_errors* errors) noexcept {
+  return guarded([&] {
+    if (const int code = refuse_without_verdict(*motion); code != FREEFLEX_OK) return code;
+    const Verdict& verdict = motion->motion.verdict();
+    *errors = {verdict.tick, verdict.error.position, verdict.error.attitude, verdict.error.deformation,
+               verdict.own_error};
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_explain(const char* path, const char* text, const char* folder, const freeflex_setting* settings,
+                     std::size_t count, double seconds, freeflex_effect* effects, std::size_t size,
+                     std::size_t* num_effects) noexcept {
+  return guarded([&] {
+    if ((path == nullptr && text == nullptr) || (effects == nullptr && size > 0) || num_effects == nullptr)
+      return fail(FREEFLEX_BAD_ARGUMENT, "path or text, effects and num_effects must be given");
+    *num_effects = 0;
+    if (!(seconds > 0.0 && seconds <= 1e9))
+      return fail(FREEFLEX_BAD_ARGUMENT,
+                  "seconds is " + std::to_string(seconds) + ", but must be above 0 and at most 1e9");
+    io::SceneText scene;
+    if (path == nullptr) scene.text = text;
+    if (folder != nullptr) scene.folder = folder;
+    const io::Settings set = settings_of(settings, count);
+    io::SceneResult read = path != nullptr ? io::read_scene(path, set) : io::read_scene_text(scene, set);
+    std::optional<Structure> structure;
+    std::optional<Plan> plan;
+    if (read.scene) structure = build_structure(*read.scene, read.faults);
+    if (structure) plan = make_plan(*read.scene, *structure, read.faults);
+    if (!plan) {
+      std::string errors;
+      for (const Fault& fault : read.faults)
+        if (fault.severity == Fault::Severity::kError)
+          errors += io::format_fault(fault, read.sources, false) + "\n";
+      return fail(FREEFLEX_BAD_SCENE, errors);
+    }
+    if (plan->verdict.shadows.empty()) return fail(FREEFLEX_BAD_ARGUMENT, not_judged_text(*plan));
+    const std::optional<std::vector<EffectSize>> found =
+        explain_motion(*read.scene, *structure, *plan, seconds);
+    if (!found) return fail(FREEFLEX_NOT_FINITE, "the motion stops before the end");
+    *num_effects = std::min(size, found->size());
+    for (std::size_t k = 0; k < *num_effects; ++k) {
+      freeflex_effect& to = effects[k] = {};
+      const EffectSize& each = (*found)[k];
+      std::strncpy(to.name, name_of(each.effect), sizeof to.name - 1);
+      std::strncpy(to.remedy, remedy_of(each.effect, *plan).c_str(), sizeof to.remedy - 1);
+      to.deformation = each.most.deformation;
+      to.attitude = each.most.attitude;
+      to.position = each.most.position;
+    }
+    return FREEFLEX_OK;
+  });
 }

@@ -123,7 +123,7 @@ FREEFLEX_API int freeflex_plan_shape(const freeflex_plan *plan, int32_t point, d
 
 /* ---- motion */
 
-#define FREEFLEX_WITH_VERDICT 1u /* computes verdicts on the accuracy, in some microseconds a tick */
+#define FREEFLEX_WITH_VERDICT 1u /* computes verdicts on the accuracy; freeflex plan says in what time */
 
 /* Makes a motion that begins at the plan's initial state. flags: 0 or FREEFLEX_WITH_VERDICT. */
 FREEFLEX_API int freeflex_motion_new(const freeflex_plan *plan, unsigned flags,
@@ -227,12 +227,13 @@ typedef struct freeflex_energy {
 FREEFLEX_API void freeflex_motion_energy(const freeflex_motion *motion,
                                          freeflex_energy *energy) FREEFLEX_NOEXCEPT;
 
+#define FREEFLEX_NOT_JUDGED (-1)
 #define FREEFLEX_GOOD 0
 #define FREEFLEX_WATCH 1
 #define FREEFLEX_OUTSIDE 2
 typedef struct freeflex_verdict {
   int64_t tick;
-  int32_t level; /* FREEFLEX_GOOD, FREEFLEX_WATCH or FREEFLEX_OUTSIDE */
+  int32_t level; /* FREEFLEX_NOT_JUDGED, FREEFLEX_GOOD, FREEFLEX_WATCH or FREEFLEX_OUTSIDE */
   int32_t unused;
   double error, scale; /* [m] estimated error of the displacements, and the scale it is compared with */
   char cause[256];     /* empty if good */
@@ -243,6 +244,34 @@ FREEFLEX_API int freeflex_motion_verdict(const freeflex_motion *motion,
                                          freeflex_verdict *verdict) FREEFLEX_NOEXCEPT;
 FREEFLEX_API int freeflex_motion_worst_verdict(const freeflex_motion *motion,
                                                   freeflex_verdict *verdict) FREEFLEX_NOEXCEPT;
+
+/* The estimated errors of a motion at the last tick that was judged. */
+typedef struct freeflex_errors {
+  int64_t tick;       /* -1: nothing is judged */
+  double position;    /* [m] of the centre of mass */
+  double attitude;    /* [rad] */
+  double deformation; /* [m] of the elastic displacements, root mean square over the mass */
+  double shadow;      /* [m] by how much the motion with which this one is compared may itself be wrong */
+} freeflex_errors;
+/* Reads the estimated errors. Errors: BAD_ARGUMENT for a motion made without FREEFLEX_WITH_VERDICT. */
+FREEFLEX_API int freeflex_motion_errors(const freeflex_motion *motion,
+                                        freeflex_errors *errors) FREEFLEX_NOEXCEPT;
+
+/* One effect that a motion lacks: its name, the largest distance from the same motion with this effect, and
+ * what to do about it. The distance is infinite if the motion with this effect stops. */
+typedef struct freeflex_effect {
+  char name[64];
+  double deformation, attitude, position; /* [m], [rad], [m] */
+  char remedy[128];
+} freeflex_effect;
+/* Runs a scene without commands for a time [s], beside better plans of it, and writes the effects that its
+ * motion lacks, the largest first. path: scene file; NULL: the scene is `text`, see freeflex_plan_open_text.
+ * num_effects receives the number written, at most size. Takes some ten times as long as the motion. Errors:
+ * BAD_SCENE; BAD_ARGUMENT if nothing judges the motion; NOT_FINITE. */
+FREEFLEX_API int freeflex_explain(const char *path, const char *text, const char *folder,
+                                  const freeflex_setting *settings, size_t count, double seconds,
+                                  freeflex_effect *effects, size_t size,
+                                  size_t *num_effects) FREEFLEX_NOEXCEPT;
 
 #ifdef __cplusplus
 }

@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "core/error/budget.hpp"
 #include "core/step/step.hpp"
 #include "service/c/freeflex.h"
 #include "service/io/scene/input.hpp"
@@ -21,10 +20,9 @@ void from_cpp(benchmark::State& state) {
   const std::optional<Plan> plan = io::load_plan(kScene).plan;
   State motion = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
-  Budget budget = make_budget(*plan);
   StepReport report;
   for (auto _ : state) {
-    step(*plan, motion, Inputs{}, workspace, budget, report);
+    step(*plan, motion, Inputs{}, workspace, report);
     benchmark::DoNotOptimize(motion.q.data());
   }
 }

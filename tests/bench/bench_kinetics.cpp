@@ -62,7 +62,6 @@ void tick(benchmark::State& bench) {
   const Scene scene = lattice(num_points);
   const Structure& structure = structure_of(num_points);
   PlanSpec spec = full_spec(scene, structure, Fidelity::kCoupled);
-  spec.is_judged = false;
   spec.modes.resize(static_cast<std::size_t>(num_modes));
   std::iota(spec.modes.begin(), spec.modes.end(), 0);
   Faults faults;

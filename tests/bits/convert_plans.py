@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 13 as version 14.
+"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 14 as version 15.
 
-No number is computed anew, except for the checksum and the fingerprint. The member that version 14 adds, the stiffness by
-commands, is empty. In the recording, FINGERPRINT, the old one of the plan, is replaced by the new one.
-The script prints how many numbers it read and wrote, and how many fingerprints it replaced.
+No number is computed anew, except for the checksum. The tables of the former verdict and error budget, which version 15 does
+not have, are left out, and the verdict is off; the tolerance is kept. The fingerprint does not change, because it does not
+cover the verdict. In the recording, FINGERPRINT, an old one of the plan, is replaced by the new one.
+The script prints how many numbers it read, and how many fingerprints it replaced.
 """
 
 import ctypes
@@ -119,7 +120,7 @@ FIELDS = {
                  ("omega", ["d"]), ("decay", ["d"]), ("has_damping", "B"), ("propagator", "Propagator"),
                  ("modal_coupling", "ModalCoupling"), ("coupled", "Coupled"), ("mode_numbers", ["i"]),
                  ("mechanisms", [["i"]]), ("has_spin_load", "B"), ("field_rows", ["d"]),
-                 ("field_stiffening", "Stiffening"), ("histories", ["History"]),
+                 ("field_stiffening", "Stiffening"), ("command_stiffening", "Stiffening"), ("histories", ["History"]),
                  ("feedbacks", ["Feedback"]), ("scope", "Scope"), ("points", ["Point"]), ("links", ["Link"]),
                  ("groups", ["Group"]), ("particles", "Particles"), ("wheels", ["Wheel"]), ("rows", ["d"]),
                  ("eckart_rows", ["d"]), ("link_rows", ["d"]), ("link_outputs", ["LinkOutput"]), ("period", "d"),
@@ -132,15 +133,20 @@ REST = [("command_limits", "CommandLimits"), ("unmodelled", "Unmodelled"), ("fal
         ("tried_rungs", ["Rung"]), ("frequency_accuracy", "d"), ("conditioning", "d")]
 FIELDS["Fingerprinted"] = [("name", "s"), ("scene_hash", "Q")] + FIELDS["StepPlan"] + SERVICE
 FIELDS["Rest"] = REST
-# what version 14 writes after a member, as bytes: no stiffness by commands
-ADDED = {(kind, "field_stiffening"): bytes(32) for kind in ("StepPlan", "Fingerprinted")}
+# members that version 15 does not have
+DROPPED = ("unmodelled", "fallback_unmodelled", "budget")
+
+
+def verdict_that_is_off(tolerance):
+    """Returns is_off, horizon, share, longest_step, shadows, tolerance, shared, shared_text, fast_loads and lowest_omega."""
+    return struct.pack("<BdddQdiQQd", 1, 0.0, 0.2, 0.0, 0, tolerance, 0, 0, 0, 0.0)
 
 
 class Converter:
-    """Copies a plan, and adds what is new."""
+    """Copies a plan, and replaces what is new."""
 
     def __init__(self, content):
-        self.content, self.at, self.out, self.numbers = content, 0, bytearray(), 0
+        self.content, self.at, self.out, self.numbers, self.tolerance = content, 0, bytearray(), 0, 0.0
 
     def take(self, size):
         value = bytes(self.content[self.at:self.at + size])
@@ -165,8 +171,14 @@ class Converter:
             self.take(self.count())
         elif kind in FIELDS:
             for name, of in FIELDS[kind]:
+                start = len(self.out)
+                if kind == "Unmodelled" and name == "tolerance":
+                    self.tolerance = struct.unpack_from("<d", self.content, self.at)[0]
                 self.copy(of)
-                self.out += ADDED.get((kind, name), b"")
+                if name in DROPPED:
+                    del self.out[start:]
+                if name == "budget":
+                    self.out += verdict_that_is_off(self.tolerance)
         else:
             self.take({"d": 8, "i": 4, "q": 8, "Q": 8, "B": 1}[kind])
             self.numbers += 1
@@ -179,15 +191,15 @@ def main():
     assert data[:8] == MAGIC
     version, length, check = struct.unpack("<IQQ", data[8:28])
     content = data[28:]
-    assert version == 13 and len(content) == length and checksum(content) == check
+    assert version == 14 and len(content) == length and checksum(content) == check
     converter = Converter(content)
     converter.copy("Fingerprinted")
     fingerprint = checksum(converter.out)
     converter.copy("Rest")
     assert converter.at == len(content), "bytes are left"
     with open(path, "wb") as file:
-        file.write(MAGIC + struct.pack("<IQQ", 14, len(converter.out), checksum(converter.out)) + converter.out)
-    print(f"{path}: version 13 to 14, {converter.numbers} numbers copied, {len(converter.out) - length} bytes added, "
+        file.write(MAGIC + struct.pack("<IQQ", 15, len(converter.out), checksum(converter.out)) + converter.out)
+    print(f"{path}: version 14 to 15, {converter.numbers} numbers read, {length - len(converter.out)} bytes left out, "
           f"fingerprint {fingerprint:016x}")
     if len(sys.argv) == 4:
         old, new = struct.pack(">Q", int(sys.argv[3], 16)), struct.pack(">Q", fingerprint)

@@ -1,6 +1,6 @@
 // hash_steps PLAN TICKS [--flip] steps a plan under random commands and prints one hash over all bits of
-// every state, and of the read-outs at every 64th tick. The option --flip changes the last bit of one force
-// in one command.
+// every state, of every distance from the shadow, and of the read-outs at every 64th tick. The option --flip
+// changes the last bit of one force in one command.
 #include <xxhash.h>
 
 #include <cstdio>
@@ -8,10 +8,11 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <random>
 #include <vector>
 
-#include "core/error/budget.hpp"
+#include "core/error/shadow.hpp"
 #include "core/plan/file/plan_bytes.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
@@ -107,9 +108,11 @@ void add_motion(const State& s, Hash& hash) {
   hash.add(s.wheel_momentum_low);
 }
 
-void add_budget(const BudgetReading& reading, Hash& hash) {
-  for (const ErrorSize* e : {&reading.total, &reading.integration, &reading.truncation, &reading.model})
-    hash.add(Vec3{e->position, e->attitude, e->elastic});
+void add_distance(const Shadow& shadow, Hash& hash) {
+  const MotionError& error = shadow.error();
+  hash.add(Vec3{error.position, error.attitude, error.deformation});
+  hash.add(Vec3{shadow.own_error(), shadow.displacement_of_state(), shadow.displacement()});
+  hash.add(Vec3{shadow.load_size(), 0.0, 0.0});
 }
 
 void add_readout(const Plan& plan, const State& state, Hash& hash) {
@@ -156,13 +159,18 @@ int main(int argc, char** argv) {
 
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
-  Budget budget = make_budget(*plan);
+  std::optional<Shadow> shadow;
+  if (!plan->verdict.shadows.empty()) shadow.emplace(*plan, plan->verdict.shadows.front());
+  if (shadow) shadow->take(state);
   StepReport report;
   Commands commands(*plan);
   Hash hash;
   std::vector<ForceCommand> now;
   for (std::int64_t tick = 0; tick < num_ticks; ++tick) {
-    if (tick % 200'000 == 199'999) reset_state(*plan, state);
+    if (tick % 200'000 == 199'999) {
+      reset_state(*plan, state);
+      if (shadow) shadow->take(state);
+    }
     now.clear();
     for (unsigned k = commands.below(64); k < 3; ++k) {
       ForceCommand command = commands.next();
@@ -175,13 +183,16 @@ int main(int argc, char** argv) {
       }
       if (has_slot_for(state, command)) now.push_back(command);
     }
-    step(*plan, state, {now}, workspace, budget, report);
+    step(*plan, state, {now}, workspace, report);
     if (report.status != StepStatus::kOk)
       return std::fprintf(stderr, "not finite at tick %lld\n", static_cast<long long>(tick)), 1;
     add_motion(state, hash);
+    if (shadow) {
+      shadow->command(tick, now);
+      if (shadow->take(state)) add_distance(*shadow, hash);
+    }
     if (tick % 64 != 0) continue;
     add_readout(*plan, state, hash);
-    add_budget(read_budget(*plan, state, budget), hash);
   }
   std::printf("%016llx\n", hash.value());
 }

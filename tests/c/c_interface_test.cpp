@@ -66,12 +66,11 @@ TEST(CInterface, StepsToTheSameBitsAsTheCore) {
     State state = make_state(plan);
     Workspace workspace = make_workspace(plan);
     StepReport report;
-    Budget budget = make_budget(plan);
     Judgement judgement(plan);
-    judgement.take(state, budget);
+    judgement.take(state);
     for (int tick = 0; tick < 500; ++tick) {
-      step(plan, state, {}, workspace, budget, report);
-      judgement.take(state, budget);
+      step(plan, state, {}, workspace, report);
+      judgement.take(state);
     }
     ASSERT_EQ(freeflex_motion_step(c.motion, 500), FREEFLEX_OK);
     EXPECT_EQ(freeflex_motion_tick(c.motion), 500);
@@ -82,8 +81,37 @@ TEST(CInterface, StepsToTheSameBitsAsTheCore) {
     freeflex_verdict verdict;
     ASSERT_EQ(freeflex_motion_verdict(c.motion, &verdict), FREEFLEX_OK);
     EXPECT_EQ(verdict.level, static_cast<int>(judgement.now().level));
-    EXPECT_EQ(verdict.error, judgement.now().error);
+    EXPECT_GT(verdict.tick, 0);
+    EXPECT_EQ(verdict.tick, judgement.now().tick);
+    EXPECT_EQ(verdict.error, judgement.now().error.deformation);
+    freeflex_errors errors;
+    ASSERT_EQ(freeflex_motion_errors(c.motion, &errors), FREEFLEX_OK);
+    EXPECT_EQ(errors.tick, verdict.tick);
+    EXPECT_EQ(errors.position, judgement.now().error.position);
+    EXPECT_EQ(errors.attitude, judgement.now().error.attitude);
+    EXPECT_EQ(errors.deformation, judgement.now().error.deformation);
+    EXPECT_EQ(errors.shadow, judgement.now().own_error);
   }
+}
+
+TEST(CInterface, AMotionWhoseVerdictIsOffIsNotJudged) {
+  freeflex_plan* plan = nullptr;
+  freeflex_motion* motion = nullptr;
+  const freeflex_setting setting{"verdict", "off"};
+  ASSERT_EQ(freeflex_plan_open_with((kScenes + "boom.yaml").c_str(), &setting, 1, nullptr, nullptr, &plan),
+            FREEFLEX_OK)
+      << freeflex_last_error();
+  ASSERT_EQ(freeflex_motion_new(plan, FREEFLEX_WITH_VERDICT, &motion), FREEFLEX_OK) << freeflex_last_error();
+  freeflex_motion_step(motion, 10);
+  freeflex_verdict verdict;
+  ASSERT_EQ(freeflex_motion_verdict(motion, &verdict), FREEFLEX_OK) << freeflex_last_error();
+  EXPECT_EQ(verdict.level, FREEFLEX_NOT_JUDGED);
+  EXPECT_EQ(verdict.tick, -1);
+  EXPECT_STREQ(verdict.cause, "the scene has verdict: off");
+  ASSERT_EQ(freeflex_motion_worst_verdict(motion, &verdict), FREEFLEX_OK);
+  EXPECT_EQ(verdict.level, FREEFLEX_NOT_JUDGED);
+  freeflex_motion_free(motion);
+  freeflex_plan_free(plan);
 }
 
 TEST(CInterface, ReadsTheSameValuesAsTheCore) {

@@ -7,7 +7,7 @@ import os
 import re
 import sys
 
-# THEORY 3.4, 3.6 to 3.9, X142
+# THEORY 3.4, 3.6 to 3.9
 CITE = re.compile(r"THEORY((?:,? (?:and |to )?(?:\d+\.\d+|X14\d))+)")
 NUMBER = r"\d+\.\d+|X14\d"
 

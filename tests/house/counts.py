@@ -78,8 +78,8 @@ COUNTS = [
      occurrences(r"\bmake_workspace\(", "core", "service", "tools",
                  but=("core/step/", "core/error/", "core/motion.", "core/steady/")), 0),
     ("files of the estimate of the error that other rooms include, beside its door",
-     files_with(r'#include "core/error/(?!verdict|tables|validity|command_loads)', "core", "service", "tools",
-                but=("core/error/", "core/motion.")), 0),
+     files_with(r'#include "core/error/(?!verdict|tables|validity)', "core", "service", "tools",
+                but=("core/error/", "core/motion.", "core/plan/explain.", "service/verdict_thread.")), 0),
     ("files of core/step that include core/error", files_with(r'#include "core/error/', "core/step"), 0),
     ("files that ask for a kind of link", files_with(r"get_if<|holds_alternative<", "core", "service", "tools"), 5),
     ("comparisons of a kind of link by its name",
@@ -94,7 +94,7 @@ COUNTS = [
     ("rooms of core with more than 17 files", crowded_rooms(), 0),
     ("files of more than 400 lines", long_files(), 16),
     ("functions of more than 70 lines", long_functions(), 0),
-    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 37850),
+    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 35500),
 ]
 
 failed = False

@@ -20,7 +20,7 @@ TABLE = {
     "core/scene": ["core"],
     "core/structure": ["core", "core/scene"],
     "core/plan": ["core", "core/error", "core/motion", "core/plan.hpp", "core/scene", "core/step", "core/structure"],
-    "core/steady": ["core", "core/step", "core/structure"],
+    "core/steady": ["core", "core/error", "core/plan", "core/step", "core/structure"],
     "core/paper": ["core", "core/structure"],
     # service
     "messages": [],

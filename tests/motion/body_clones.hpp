@@ -2,6 +2,7 @@
 // point masses. It is header only.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <random>
 
 #include "core/scene/bodies.hpp"

@@ -1,6 +1,7 @@
 // These tests compare the motion of bodies with inertia with closed forms.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "core/step/readout.hpp"

@@ -6,11 +6,11 @@
 #include <complex>
 #include <cstdio>
 
-#include "core/error/budget.hpp"
 #include "core/plan/make_plan.hpp"
 #include "tests/motion/newton_euler.hpp"
 #include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"
+#include "tests/motion/watched.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
@@ -274,28 +274,20 @@ TEST(CoupledWheels, BodiesWithWheelsMatchNewtonEulerToSecondOrderInAmplitude) {
   });
 }
 
-// When the shadows restart, they take the momenta of the wheels from the state.
-TEST(CoupledWheels, TheErrorBudgetIncludesTheMomentaOfWheels) {
+// When the shadow restarts, it takes the momenta of the wheels from the state. After 0.35 s at 1 N m a wheel
+// has 1.45 N m s; a shadow with the momentum of the start would turn by some 0.1 rad against the state.
+TEST(CoupledWheels, TheShadowTakesTheMomentaOfWheelsFromTheState) {
   Scene scene = bodies_with_wheels();
-  scene.error_budget.horizon = 0.1;
-  Faults faults;
-  const auto plan = make_plan(scene, build(scene), faults);
-  ASSERT_TRUE(plan.has_value()) << faults.front().message;
-  State state = make_state(*plan);
-  state.q[0] = 0.05;
-  Workspace workspace = make_workspace(*plan);
-  Budget budget = make_budget(*plan);
-  StepReport report;
+  scene.initial.angular_velocity *= 1e-2;
+  scene.verdict.horizon = 0.1;
+  Watched watched(scene);
   const ForceCommand command = motor_command(1.0);
   double largest = 0.0;
-  for (int tick = 0; tick < 350; ++tick) {
-    const auto now = tick == 0 ? std::span(&command, 1) : std::span<const ForceCommand>();
-    step(*plan, state, {now}, workspace, budget, report);
-    if (tick > 110) largest = std::max(largest, read_budget(*plan, state, budget).total.attitude);
-  }
-  std::printf("budget of bodies with wheels over 0.1 s: attitude error at most %.1e rad\n", largest);
+  for (int tick = 0; tick < 350; ++tick)
+    largest = std::max(largest, watched.run(1, std::span(&command, tick == 0 ? 1U : 0U)).error.attitude);
+  std::printf("bodies with wheels over three horizons of 0.1 s: attitude error at most %.1e rad\n", largest);
   EXPECT_GT(largest, 0.0);
-  EXPECT_LT(largest, 1e-6);
+  EXPECT_LT(largest, 1e-4);
 }
 
 }  // namespace

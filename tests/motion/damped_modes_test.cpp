@@ -16,6 +16,7 @@
 #include "core/structure/modes/dense/decompositions.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/motion/coupled_scenes.hpp"
+#include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"
 
 namespace freeflex::testing {

@@ -1,11 +1,10 @@
 // The rung `full` has exact bars in ticks that are divided until the fastest motion is resolved (THEORY
 // 12.29).
-#include "core/error/budget.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/plan/rungs/rungs.hpp"
 #include "core/structure/structure.hpp"
-#include "tests/motion/rung_cases.hpp"
-#include "tests/support/omissions.hpp"
+#include "tests/motion/verdict_truth.hpp"
+#include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -108,28 +107,24 @@ TEST(FullRung, ATickThatNeedsTooManySubstepsIsRefused) {
 }
 
 // The shadow is on the same rung, with substeps of half the length.
-TEST(FullRung, TheBudgetIncludesTheIntegrationErrorOfTheFullRung) {
+TEST(FullRung, TheVerdictEstimatesTheIntegrationErrorOfTheFullRung) {
   Scene scene = stiffened(1e2);
   scene.fidelity = Fidelity::kFull;
   scene.rate = 500.0;
-  scene.error_budget.horizon = 10.0;
-  const Plan plan = reduced_plan_of(scene);
-  ASSERT_EQ(plan.budget.shadows.size(), 1U);
-  const PlanShadow& shadow = plan.budget.shadows[0];
+  Watched watched(scene);
+  const Plan& plan = watched.plan;
+  ASSERT_EQ(plan.verdict.shadows.size(), 1U);
+  const PlanShadow& shadow = plan.verdict.shadows[0];
   EXPECT_EQ(shadow.substeps * shadow.plan.coupled.num_substeps, 2 * plan.coupled.num_substeps);
-  State state = make_state(plan);
-  Workspace workspace = make_workspace(plan);
-  Budget budget = make_budget(plan);
-  StepReport report;
-  for (int tick = 0; tick < 125; ++tick) step(plan, state, {}, workspace, budget, report);
-  const BudgetReading reading = read_budget(plan, state, budget);
+  const Verdict& verdict = watched.run(125);
   const Simulation best =
       run_rung(scene, Fidelity::kCorotational, 1.0 / 500.0 / plan.coupled.num_substeps / 8.0, 0.25);
   const Simulation own = run_rung(scene, Fidelity::kFull, 1.0 / 500.0, 0.25);
-  const double error = elastic_error(elastic_of(scene, own), elastic_of(scene, best));
-  std::printf("estimate %.2e, error %.2e\n", reading.total.elastic, error);
-  EXPECT_GT(reading.total.elastic, error);
-  EXPECT_LT(reading.total.elastic, 2.0 * error);
+  const double error = rms_over_mass(scene, elastic_of(scene, own) - elastic_of(scene, best));
+  std::printf("estimate %.2e m, error %.2e m\n", verdict.error.deformation, error);
+  // the shadow has a sixteenth of the error itself
+  EXPECT_GT(verdict.error.deformation, 0.9 * error);
+  EXPECT_LT(verdict.error.deformation, error);
 }
 
 }  // namespace

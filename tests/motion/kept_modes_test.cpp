@@ -5,12 +5,12 @@
 #include <cstdio>
 #include <numeric>
 
-#include "core/error/budget.hpp"
 #include "core/plan/compile.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/plan/rungs/kinetics.hpp"
 #include "tests/motion/lagrange_equations.hpp"
 #include "tests/motion/rung_cases.hpp"
+#include "tests/motion/watched.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
@@ -171,17 +171,15 @@ TEST(KeptModes, KeptModesMoveLikeTheSameModesOfTheFullStructure) {
   Simulation few(in_form(scene, whole, spec, Form::kPoints));
   few.run(400);
   scene.modes.count = 4;
-  // the shadow is on the same rung with half the step, because the rungs above `coupled` need all modes
-  scene.error_budget.horizon = 0.1;
   Faults faults;
   const std::optional<Plan> plan = make_plan(scene, build(scene), faults);
   ASSERT_TRUE(plan) << faults.front().message;
   ASSERT_EQ(plan->num_elastic, 4);
-  for (const PlanShadow& shadow : plan->budget.shadows) EXPECT_EQ(shadow.plan.fidelity, Fidelity::kCoupled);
-  EXPECT_TRUE(std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
-    return fault.message.find("the best rung that supports the lowest modes alone is coupled") !=
-           std::string::npos;
-  }));
+  // the structure is small, so its shadow has all modes and true geometry
+  ASSERT_EQ(plan->verdict.shadows.size(), 1U);
+  EXPECT_EQ(plan->verdict.shadows[0].plan.num_elastic, whole.omega.size());
+  EXPECT_EQ(plan->verdict.shadows[0].plan.fidelity, Fidelity::kCorotational);
+  EXPECT_EQ(plan->verdict.shared, SharedError::kNone);
   Simulation kept(without_load_stiffness(*plan));
   kept.run(400);
   EXPECT_LT((kept.positions_W() - few.positions_W()).cwiseAbs().maxCoeff(), 1e-12);
@@ -364,44 +362,23 @@ TEST(KeptModes, InitialStateAndDampingMayReferOnlyToKeptModes) {
   }
 }
 
-// If there are rigid links or bodies, `coupled` is the best rung, so the estimate for a plan on `coupled`
-// contains only the integration error.
-TEST(BestRung, IsTheCoupledRungIfExactBarsCannotBeUsed) {
+// The rung `corotational` supports rigid links, with another structure than the rungs below.
+TEST(BestRung, TheShadowOfAPlanWithRigidLinksHasTrueGeometry) {
   Scene scene = with_rigid_links();
-  scene.rate = 1000.0;
-  scene.error_budget.horizon = 0.5;
-  for (const Fidelity rung : {Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
+  for (const Fidelity rung : {Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kCorotational}) {
     scene.fidelity = rung;
-    Faults faults;
-    const auto plan = make_plan(scene, build(scene), faults);
-    ASSERT_TRUE(plan.has_value());
-    ASSERT_FALSE(faults.empty());
-    EXPECT_NE(faults.back().message.find("the best rung that supports rigid links is coupled"),
-              std::string::npos);
-    EXPECT_TRUE(plan->unmodelled.has_unquantified);
-    EXPECT_EQ(plan->budget.shadows.front().plan.fidelity, Fidelity::kCoupled);
-    EXPECT_EQ(plan->budget.shadows.size(), rung == Fidelity::kCoupled ? 1U : 2U);
-    State state = make_state(*plan);
-    Workspace workspace = make_workspace(*plan);
-    Budget budget = make_budget(*plan);
-    StepReport report;
-    for (int tick = 0; tick < 400; ++tick) step(*plan, state, {}, workspace, budget, report);
-    const double elastic = read_budget(*plan, state, budget).total.elastic;
-    if (rung == Fidelity::kCoupled)
-      EXPECT_LT(elastic, 1e-8);
+    Watched watched(scene);
+    ASSERT_EQ(watched.plan.verdict.shadows.size(), 1U);
+    EXPECT_EQ(watched.plan.verdict.shadows.front().plan.fidelity, Fidelity::kCorotational);
+    EXPECT_EQ(watched.plan.verdict.shared, SharedError::kNone) << watched.plan.verdict.shared_text;
+    const Verdict& verdict = watched.run(400);
+    const double error = verdict.error.deformation / verdict.scale;
+    std::printf("rigid links on %s: %.1e of the scale\n", name_of(rung), error);
+    if (rung == Fidelity::kCorotational)
+      EXPECT_LT(error, 1e-6);
     else
-      EXPECT_GT(elastic, 1e-3);
+      EXPECT_GT(error, 1e-3);
   }
-  scene.error_budget = {};
-  scene.automatic = AutomaticRung{{}, {}, 1e-4, 0.5, {}};
-  Faults faults;
-  const auto plan = make_plan(scene, build(scene), faults);
-  ASSERT_TRUE(plan.has_value());
-  EXPECT_EQ(plan->fidelity, Fidelity::kCoupled);
-  scene.automatic.reset();
-  scene.fidelity = Fidelity::kCorotational;
-  // asked for by name, a rung with true geometry takes the rod
-  EXPECT_TRUE(make_plan(scene, build(scene), faults));
 }
 
 }  // namespace

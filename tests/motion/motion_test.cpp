@@ -21,8 +21,14 @@ void expect_same(const Motion& a, const Motion& b) {
   EXPECT_EQ(static_cast<const MotionState&>(a.state()), static_cast<const MotionState&>(b.state()));
   EXPECT_EQ(a.verdict().tick, b.verdict().tick);
   EXPECT_EQ(a.verdict().level, b.verdict().level);
-  EXPECT_EQ(a.verdict().error, b.verdict().error);
-  EXPECT_EQ(a.worst().error, b.worst().error);
+  for (const auto& [of_a, of_b] :
+       {std::pair(a.verdict().error, b.verdict().error), std::pair(a.worst().error, b.worst().error)}) {
+    EXPECT_EQ(of_a.position, of_b.position);
+    EXPECT_EQ(of_a.attitude, of_b.attitude);
+    EXPECT_EQ(of_a.deformation, of_b.deformation);
+  }
+  EXPECT_EQ(a.verdict().scale, b.verdict().scale);
+  EXPECT_EQ(a.verdict().own_error, b.verdict().own_error);
 }
 
 TEST(Motion, GivesTheBitsAndTheVerdictOfTheStepAndTheJudgementByHand) {
@@ -30,21 +36,23 @@ TEST(Motion, GivesTheBitsAndTheVerdictOfTheStepAndTheJudgementByHand) {
   Motion motion(plan);
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
-  Budget budget = make_budget(plan);
   Judgement judgement(plan);
   StepReport report;
-  judgement.take(state, budget);
+  judgement.take(state);
   const ForceCommand command = push();
   for (int tick = 0; tick < 120; ++tick) {
     const std::span<const ForceCommand> commands(&command, tick == 7 ? 1U : 0U);
-    step(plan, state, {commands}, workspace, budget, report);
-    judgement.take(state, budget);
+    const std::int64_t now = state.tick;
+    step(plan, state, {commands}, workspace, report);
+    judgement.command(now, commands);
+    judgement.take(state);
     EXPECT_EQ(motion.advance(commands).status, StepStatus::kOk);
   }
   EXPECT_EQ(static_cast<const MotionState&>(motion.state()), static_cast<const MotionState&>(state));
-  EXPECT_EQ(motion.verdict().error, judgement.now().error);
-  EXPECT_GT(motion.verdict().error, 0.0);
-  EXPECT_EQ(motion.read_budget().total.elastic, read_budget(plan, state, budget).total.elastic);
+  EXPECT_EQ(motion.verdict().error.deformation, judgement.now().error.deformation);
+  EXPECT_EQ(motion.verdict().error.position, judgement.now().error.position);
+  EXPECT_EQ(motion.verdict().tick, judgement.now().tick);
+  EXPECT_GT(motion.verdict().error.deformation, 0.0);
   EXPECT_NEAR(motion.time(), 120 * plan.period, 1e-15);
 }
 
@@ -55,9 +63,9 @@ TEST(Motion, AfterAResetTheVerdictIsThatOfANewMotion) {
   const ForceCommand command = push();
   motion.advance({&command, 1});
   for (int tick = 1; tick < 120; ++tick) motion.advance();
-  ASSERT_GT(motion.verdict().error, 0.0);
+  ASSERT_GT(motion.verdict().error.deformation, 0.0);
   motion.reset();
-  EXPECT_EQ(motion.verdict().error, fresh.verdict().error);
+  EXPECT_EQ(motion.verdict().error.deformation, fresh.verdict().error.deformation);
   EXPECT_EQ(motion.verdict().level, fresh.verdict().level);
   EXPECT_EQ(motion.worst().tick, fresh.worst().tick);
 }
@@ -74,7 +82,6 @@ TEST(Motion, ACopyContinuesWithTheSameBitsAndLeavesTheOriginalAlone) {
   for (int tick = 60; tick < 130; ++tick) copy.advance(), whole.advance();
   EXPECT_EQ(static_cast<const MotionState&>(motion.state()), static_cast<const MotionState&>(before));
   expect_same(copy, whole);
-  EXPECT_EQ(copy.read_budget().total.elastic, whole.read_budget().total.elastic);
   for (int tick = 60; tick < 130; ++tick) motion.advance();
   expect_same(motion, whole);
 }
@@ -89,7 +96,7 @@ TEST(Motion, AMotionThatIsNotWatchedHasTheSameBits) {
   }
   EXPECT_EQ(static_cast<const MotionState&>(watched.state()), static_cast<const MotionState&>(alone.state()));
   EXPECT_FALSE(alone.has_verdict());
-  EXPECT_EQ(alone.read_budget().age, 0.0);
+  EXPECT_EQ(alone.verdict().tick, -1);
 }
 
 TEST(Motion, ATickThatFailsChangesNothingAndAResetBeginsANewEpoch) {

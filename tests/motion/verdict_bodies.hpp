@@ -14,36 +14,20 @@ struct BodyCounts {
 
 inline void judge_bodies(std::uint64_t seed, BodyCounts& counts) {
   const RandomBodies random(seed);
-  Scene bodies = random.scene();
-  const auto all_points = true_displacements(as_point_masses(bodies), random.end());
-  const auto num_points = static_cast<Eigen::Index>(bodies.points.size());
+  const Scene bodies = random.scene();
+  const Scene whole = as_point_masses(bodies);
+  const auto truth = true_displacements(whole, random.end());
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
-    bodies.fidelity = rung;
-    Simulation simulation(bodies);
-    Judgement judgement(simulation.plan);
-    Budget no_budget;
-    judgement.take(simulation.state, no_budget);
-    const auto ticks = std::llround(random.end() * bodies.rate);
-    while (simulation.state.tick < ticks) {
-      simulation.run(1);
-      judgement.take(simulation.state, no_budget);
-    }
-    const Verdict& verdict = judgement.now();
-    double error = HUGE_VAL;
-    if (all_points) {
-      const Eigen::Matrix3Xd truth = all_points->leftCols(num_points);
-      error = rms_over_mass(bodies, simulation.displacements_B() - truth) /
-              std::max(verdict.scale, rms_over_mass(bodies, truth));
-    }
-    std::printf("%llu %-11s error %.2e of the scale, estimate %.2e, unquantified %.2e: %s\n",
-                static_cast<unsigned long long>(seed), name_of(rung), error, verdict.error / verdict.scale,
-                verdict.unquantified / verdict.scale, name_of(verdict.level));
+    std::printf("%llu\n", static_cast<unsigned long long>(seed));
+    const JudgedError judged = compare_verdict(bodies, rung, random.end(), truth, {}, &whole);
+    const double error = judged.error;
+    const Verdict::Level level = judged.level;
     ++counts.all;
-    const bool is_good = verdict.level == Verdict::Level::kGood;
+    const bool is_good = level == Verdict::Level::kGood;
     counts.good += is_good;
     counts.false_good += is_good && error > 0.05;
     counts.harmless += error < 0.01;
-    counts.false_outside += verdict.level == Verdict::Level::kOutside && error < 0.01;
+    counts.false_outside += level == Verdict::Level::kOutside && error < 0.01;
     if (is_good) counts.worst_good = std::max(counts.worst_good, error);
   }
 }

@@ -28,8 +28,9 @@ inline JudgedError judged_error(Scene scene, Fidelity rung, double end) {
   return compare_verdict(scene, rung, end, truth);
 }
 inline void expect_estimated(const JudgedError &judged) {
-  EXPECT_GT(judged.estimate, 0.5 * judged.error);
-  EXPECT_LT(judged.estimate, 2.0 * judged.error);
+  // measured 0.97 to 1.09 on the motions of verdict_physics_test and verdict_attitude_test
+  EXPECT_GT(judged.estimate, 0.85 * judged.error);
+  EXPECT_LT(judged.estimate, 1.15 * judged.error);
 }
 
 /// Returns two tetrahedra hinged along a common edge and joined by a soft spring, so that the hinge is by far

@@ -7,6 +7,7 @@
 
 #include "core/plan/rungs/rates.hpp"
 #include "tests/motion/verdict_cases.hpp"
+#include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -62,9 +63,9 @@ TEST(VerdictHidden, CompressionOfRigidLinksOrAMatrixLinkIsNotRatedGood) {
 }
 
 // Beyond the buckling load a displacement of a micrometre grows, although the modal amplitudes of the rung
-// stay small.
+// stay small. In the reference the force shortens springs, by 2 micrometres each.
 TEST(VerdictHidden, BucklingBetweenRigidLinksIsNotRatedGood) {
-  Scene springs = chain(Spring{3e5});
+  Scene springs = chain(Spring{3e7});
   displace_modes(springs, {{1, 1e-6}});
   Scene rigid = springs;
   for (Link& link : rigid.links)
@@ -74,11 +75,12 @@ TEST(VerdictHidden, BucklingBetweenRigidLinksIsNotRatedGood) {
     publish_everything(*scene);
     squeeze(60.0, *scene);
   }
-  const double end = 2.0;
+  const double end = 5.0;
   const auto truth = true_displacements(springs, end);
   ASSERT_TRUE(truth);
   const JudgedError judged = compare_verdict(rigid, Fidelity::kSeparated, end, truth);
   EXPECT_GT(judged.error, 0.05) << "the error is too small to test anything";
+  EXPECT_NEAR(judged.estimate, judged.error, 0.1 * judged.error);
   EXPECT_NE(judged.level, Verdict::Level::kGood);
 }
 
@@ -113,12 +115,13 @@ TEST(VerdictHidden, ASineWithAnAliasAtTheFrequencyOfAModeIsNotRatedGood) {
 TEST(VerdictHidden, TheAliasOfASineDependsOnTheRateOfThePlan) {
   Scene scene = pair_of(95.0, 1000.0);
   scene.loads[0].history = SineHistory{5.0, 0.0};
-  Plan plan = plan_of(scene);
-  EXPECT_TRUE(plan.unmodelled.fast_loads.empty());
-  set_rate(plan, 100.0);
-  EXPECT_EQ(plan.unmodelled.fast_loads, std::vector<std::int32_t>{0});
-  set_rate(plan, 1000.0);
-  EXPECT_TRUE(plan.unmodelled.fast_loads.empty());
+  for (const double rate : {1000.0, 100.0}) {
+    Plan plan = reduced_plan_of(scene);
+    set_rate(plan, rate);
+    Watched watched(std::move(plan));
+    watched.run_to(5.0);
+    EXPECT_EQ(watched.motion.worst().level == Verdict::Level::kGood, rate == 1000.0) << rate;
+  }
 }
 
 // The step takes a table as linear between ticks, so it misses a change of slope there.
@@ -136,21 +139,14 @@ TEST(VerdictHidden, ATableThatChangesSlopeBetweenTicksIsNotRatedGood) {
 }
 
 struct Ends {
-  Simulation simulation;
+  State state;
   Verdict::Level level;
 };
 Ends run_to(Scene scene, double rate, double end) {
   scene.rate = rate;
-  Ends ends{Simulation(scene), Verdict::Level::kGood};
-  Judgement judgement(ends.simulation.plan);
-  Budget no_budget;
-  judgement.take(ends.simulation.state, no_budget);
-  for (auto k = std::llround(end * rate); k > 0; --k) {
-    ends.simulation.run(1);
-    judgement.take(ends.simulation.state, no_budget);
-  }
-  ends.level = judgement.worst().level;
-  return ends;
+  Watched watched(judged_plan_of(scene));
+  watched.run_to(end);
+  return {watched.state(), watched.motion.worst().level};
 }
 
 // Returns the angle [rad] between two attitudes.
@@ -177,7 +173,7 @@ TEST(VerdictHidden, TicksThatDoNotResolveTumblingAreDivided) {
   const Scene scene = tumbling(30.0);
   const Ends true_end = run_to(scene, 4000.0, 10.0), coarse = run_to(scene, 100.0, 10.0);
   EXPECT_EQ(true_end.level, Verdict::Level::kGood);
-  EXPECT_LT(angle_between(true_end.simulation.state.q_WB, coarse.simulation.state.q_WB), 1e-3);
+  EXPECT_LT(angle_between(true_end.state.q_WB, coarse.state.q_WB), 1e-3);
 }
 
 // A spin that loads cause later is not known at the start.
@@ -189,7 +185,7 @@ TEST(VerdictHidden, TicksThatNoLongerResolveTumblingAreNotRatedGood) {
   load.axes = Axes::kBody;
   scene.loads.push_back(load);
   const Ends true_end = run_to(scene, 4000.0, 10.0), coarse = run_to(scene, 50.0, 10.0);
-  EXPECT_GT(angle_between(true_end.simulation.state.q_WB, coarse.simulation.state.q_WB), 1e-2);
+  EXPECT_GT(angle_between(true_end.state.q_WB, coarse.state.q_WB), 1e-2);
   EXPECT_NE(coarse.level, Verdict::Level::kGood);
 }
 
@@ -200,13 +196,14 @@ TEST(VerdictHidden, TicksOfAnOrbitMayBeLong) {
   scene.attractor.mu = 3.986e14;
   scene.attractor.position = {0.0, -kDistance, 0.0};
   scene.initial.velocity = {std::sqrt(scene.attractor.mu / kDistance), 0.0, 0.0};
+  // the shadow would resolve the vibration of the spring at 71 Hz
+  scene.verdict.step = 100.0;
   const double end = 54000.0;
   const Ends fine = run_to(scene, 1.0, end), coarse = run_to(scene, 1.0 / 200.0, end);
   double apart = 0.0;
-  for (std::size_t k = 0; k < 3; ++k)
-    apart += std::pow(fine.simulation.state.p_WB[k] - coarse.simulation.state.p_WB[k], 2);
+  for (std::size_t k = 0; k < 3; ++k) apart += std::pow(fine.state.p_WB[k] - coarse.state.p_WB[k], 2);
   EXPECT_LT(std::sqrt(apart), 1e-10 * kDistance);
-  EXPECT_LT(angle_between(fine.simulation.state.q_WB, coarse.simulation.state.q_WB), 1e-6);
+  EXPECT_LT(angle_between(fine.state.q_WB, coarse.state.q_WB), 1e-6);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // These tests check verdicts on motions with a single source of error each. A reference at true geometry
-// gives the error, and the estimate is within a factor of two of this error.
+// gives the error, and the estimate is within 15 % of this error.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -64,15 +64,11 @@ TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToParametricResonanceUnderAxialL
     load.forces = {{0, {12.0, 0.0, 0.0}}, {4, {-12.0, 0.0, 0.0}}};
     load.history = SineHistory{(structure->omega[first] + structure->omega[second]) / (2.0 * M_PI), 0.0};
     scene.loads = {load};
-    // the estimate is an amplitude, so it is compared with the largest of the errors at several times
-    JudgedError judged;
     for (const double end : {1.6, 1.8, 2.0}) {
-      const JudgedError now = judged_error(scene, Fidelity::kSeparated, end);
-      judged.error = std::max(judged.error, now.error);
-      judged.estimate = std::max(judged.estimate, now.estimate);
+      const JudgedError judged = judged_error(scene, Fidelity::kSeparated, end);
+      EXPECT_GT(judged.error, 0.01) << "the error is too small to test anything";
+      expect_estimated(judged);
     }
-    EXPECT_GT(judged.error, 0.01) << "the error is too small to test anything";
-    expect_estimated(judged);
   }
 }
 
@@ -88,24 +84,20 @@ Scene long_chain(int num_points, double stretch) {
 }
 
 /// Expects that the estimate follows the growth of the motion. The amplitude on the rung stays as small as
-/// its initial value `seed`, while the true motion grows far beyond it. The estimate is an amplitude, so it
-/// is compared with the largest of the errors at several times.
+/// its initial value `seed`, while the true motion grows far beyond it.
 void expect_growth_estimated(const Scene& scene, double seed, const std::vector<double>& ends) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
-    JudgedError judged;
+    double largest = 0.0;
     for (const double end : ends) {
-      const JudgedError now = judged_error(scene, rung, end);
-      EXPECT_TRUE(now.level != Verdict::Level::kGood || now.error < 0.02);
-      judged.error = std::max(judged.error, now.error);
-      judged.estimate = std::max(judged.estimate, now.estimate);
+      const JudgedError judged = judged_error(scene, rung, end);
+      EXPECT_TRUE(judged.level != Verdict::Level::kGood || judged.error < 0.02);
+      largest = std::max(largest, judged.error);
+      expect_estimated(judged);
     }
-    EXPECT_LT(judged.error, 2.0) << "the estimate must still be of first order";
-    // an error of a quarter in the growth rate changes e^5 by a factor of four
-    EXPECT_GT(judged.estimate, 0.5 * judged.error);
-    if (rung == Fidelity::kCoupled)
-      continue;  // it has the stiffness by the load, and grows nearly as it should
-    EXPECT_GT(judged.error * scene.tolerance, 100.0 * seed) << "the true motion must have grown";
-    EXPECT_LT(judged.estimate, 6.0 * judged.error);
+    // `coupled` has the stiffness by the load, and grows nearly as it should
+    if (rung == Fidelity::kSeparated) {
+      EXPECT_GT(largest * scene.tolerance, 100.0 * seed) << "the true motion must have grown";
+    }
   }
 }
 
@@ -124,7 +116,8 @@ TEST(VerdictPhysics, VerdictEstimatesParametricGrowthThatTheRungDoesNotShow) {
   expect_growth_estimated(scene, 1e-6, {3.9, 4.0, 4.1});
 }
 
-// The verdict integrates the errors of the lowest modes only, and this mode is not one of them.
+// The shadow resolves this mode if its steps are short. With the steps of 8 ms that follow from the lowest
+// mode, the mode advances by more than a radian in a step, and the verdict is at best `watch`.
 TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToParametricGrowthOfTheSeventeenthMode) {
   Scene scene = long_chain(12, 3e5);
   Faults faults;
@@ -135,6 +128,9 @@ TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToParametricGrowthOfTheSeventeen
   load.forces = {{0, {70.0, 0.0, 0.0}}, {11, {-70.0, 0.0, 0.0}}};
   load.history = SineHistory{structure->omega[16] / M_PI, 0.0};
   scene.loads = {load};
+  for (const double end : {3.9, 4.0, 4.1})
+    EXPECT_NE(judged_error(scene, Fidelity::kSeparated, end).level, Verdict::Level::kGood);
+  scene.verdict.step = 1e-3;
   expect_growth_estimated(scene, 1e-6, {3.9, 4.0, 4.1});
 }
 
@@ -151,6 +147,7 @@ TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToBendingExcitedByAModeOfTwiceIt
   Eigen::Index axial = 0;
   (structure->omega.array() - 2.0 * structure->omega[0]).abs().minCoeff(&axial);
   displace_modes(scene, {{1, 1e-6}, {static_cast<int>(axial) + 1, 3e-2}});
+  // the amplitude grows over more than one horizon
   expect_growth_estimated(scene, 1e-6, {10.0, 19.0, 20.0, 21.0});
 }
 
@@ -241,6 +238,7 @@ TEST(VerdictPhysics, VerdictEstimatesErrorsThatDoNotDecayBecauseADashpotLocks) {
   displace_modes(locked, {{1, 1e-4}, {2, 1e-4}});
   scene.initial = locked.initial;
   scene.tolerance = 1e-4;
+  scene.verdict.horizon = 10.0;  // the shadow is on the rung `full`, and not all of its horizons are judged
   Load load;
   load.axes = Axes::kBody;
   load.forces = {{3, {4.0, 0.0, 0.0}}, {5, {-4.0, 0.0, 0.0}}};

@@ -34,7 +34,10 @@ class Plans(unittest.TestCase):
         self.assertGreater(len(rows), 10)
         result = json.loads(run.stdout)
         self.assertEqual(motion.verdict.level, freeflex.plan.LEVELS[result["validity"]])
-        self.assertEqual(motion.verdict.error, result["error"])
+        self.assertEqual(motion.verdict.error, result["deformation_error"])
+        self.assertEqual(motion.errors.position, result["position_error"])
+        self.assertEqual(motion.errors.attitude, result["attitude_error"])
+        self.assertEqual(motion.verdict.tick, result["judged_tick"])
 
     def test_a_wheel_rotates_the_satellite_and_keeps_the_momentum(self):
         plan = freeflex.Plan(SATELLITE)

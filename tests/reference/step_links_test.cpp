@@ -2,6 +2,7 @@
 // them.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "core/plan/make_plan.hpp"

@@ -183,4 +183,25 @@ inline Scene rods(Random& random) {
   return scene;
 }
 
+// Two bodies of four points that share a point. A rod hangs on one of them by another joint, and springs hold
+// a mass between them.
+inline Scene tree(double mass_of_joint) {
+  Scene scene;
+  for (const Eigen::Vector3d& p :
+       {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(0.5, 0.4, 0.0), Eigen::Vector3d(0.5, 0.0, 0.3),
+        Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(1.5, 0.3, 0.0), Eigen::Vector3d(2.0, 0.0, 0.4),
+        Eigen::Vector3d(2.6, 0.2, 0.9), Eigen::Vector3d(0.8, 0.9, 0.5), Eigen::Vector3d(1.6, -0.4, 0.1)})
+    add_point(scene, 2.0, p);
+  scene.points[3].mass = mass_of_joint;
+  scene.points[7].mass = 0.5;
+  add_link(scene, {0, 1, 2, 3}, Rigid{});
+  add_link(scene, {3, 4, 5, 8}, Rigid{});
+  add_link(scene, {5, 6}, Rigid{});
+  for (const int i : {1, 3, 4, 6}) add_link(scene, i, 7, Spring{60.0});
+  scene.fidelity = Fidelity::kCorotational;
+  scene.rate = 1000.0;
+  scene.initial.angular_velocity = {0.3, 1.0, 2.0};
+  return scene;
+}
+
 }  // namespace freeflex::testing

@@ -1,4 +1,4 @@
-// The scenes in these tests are refused for their rung, the tolerance of the rung or the error budget.
+// The scenes in these tests are refused for their rung, the tolerance of the rung or the verdict.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {
@@ -53,13 +53,21 @@ INSTANTIATE_TEST_SUITE_P(
         bad_line("ToleranceOfAnUnknownQuantity", "fidelity: auto\ntolerance: {positon: 1, horizon: 2}",
                  {"scene.yaml:6:13: error: tolerance: the key 'positon' is unknown (did you mean "
                   "'position'?); allowed are displacement, position, attitude, elastic, horizon"}),
-        bad_line("BudgetIsANumber", "error_budget: 3",
-                 {"scene.yaml:5:15: error: error_budget is the text '3', but must be a mapping of horizon: "
-                  "write error_budget: {horizon: 3}"}),
-        bad_line("BudgetWithoutHorizon", "error_budget: {}",
-                 {"scene.yaml:5:15: error: error_budget: horizon is missing; it must be a number > 0 [s]"}),
-        bad_line("BudgetWithNegativeHorizon", "error_budget: {horizon: -3}",
-                 {"scene.yaml:5:25: error: error_budget: horizon is -3 s, but must be > 0"})),
+        bad_line("VerdictIsANumber", "verdict: 3",
+                 {"scene.yaml:5:10: error: verdict is the text '3', but must be off or a mapping of "
+                  "horizon, step, share; leave it out to judge the motion with the defaults"}),
+        bad_line(
+            "VerdictIsAnotherWord", "verdict: none",
+            {"scene.yaml:5:10: error: verdict is the text 'none', but must be off or a mapping of horizon, "
+             "step, share; leave it out to judge the motion with the defaults"}),
+        bad_line("VerdictOutOfRange", "verdict: {horizon: -3, step: 0, share: 0}",
+                 {"scene.yaml:5:20: error: verdict: horizon is -3 s, but must be > 0",
+                  "scene.yaml:5:30: error: verdict: step is 0 s, but must be >= 1e-6",
+                  "scene.yaml:5:40: error: verdict: share is 0, but must be from 0.001 to 1"}),
+        bad_line("ErrorBudgetIsTheFormerKey", "error_budget: {horizon: 3}",
+                 {"scene.yaml:5:1: error: scene: error_budget has become verdict, the distance from the same "
+                  "motion on a better plan, which is computed without this key too; remove the key, or write "
+                  "verdict: {horizon: S}"})),
     bad_scene_name);
 
 }  // namespace

@@ -2,16 +2,18 @@
 // program because they replace operator new.
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <new>
-#include <utility>
+#include <thread>
 
 #include "tests/service/rig.hpp"
 #include "tests/support/omissions.hpp"
 
 namespace {
-bool is_counting = false;
-int num_allocations = 0;
+std::atomic<bool> is_counting{false};
+std::atomic<int> num_allocations{0};
 }  // namespace
 
 // not inlined, because GCC 12 warns of a mismatch of malloc and delete if the pair is inlined
@@ -53,29 +55,36 @@ TEST(Loop, AllocatesNothingUnderCommandsAndAReset) {
   ::operator delete(::operator new(1));  // the counter must notice this allocation
   rig.simulation.run();
   is_counting = false;
-  EXPECT_EQ(std::exchange(num_allocations, 0), 1);
+  EXPECT_EQ(num_allocations.exchange(0), 1);
   EXPECT_EQ(rig.simulation.state().tick, 2000);
   rig.collect();
   EXPECT_EQ(rig.acks.size(), 303u + service::CommandQueue::kBusPending)
       << "every command is answered, and commands that wait at the reset are answered again";
 }
 
-TEST(Loop, AllocatesNothingOnTheFullRungWithAnErrorBudget) {
+TEST(Loop, AllocatesNothingOnTheFullRungWithAVerdict) {
   Scene scene = octahedron();
   publish_everything(scene);
   scene.fidelity = Fidelity::kFull;
-  scene.error_budget.horizon = 0.1;
+  scene.verdict.horizon = 0.1;
   const Plan plan = reduced_plan_of(scene);
   ASSERT_GT(plan.coupled.num_substeps, 1);
-  Rig rig(plan, {.until_tick = 400});
+  service::VerdictThread verdicts(plan);
+  FakeClock clock;
+  clock.on_sleep = [] { std::this_thread::sleep_for(std::chrono::microseconds(20)); };
+  Rig rig(plan, {.until_tick = 400}, clock, 1, &verdicts);
+  std::thread thread([&] { verdicts.run(); });
   rig.push(make_push(1, 0, 100));
   rig.control(freeflex_msgs::control_t::RESET);
   is_counting = true;
   ::operator delete(::operator new(1));  // the counter must notice this allocation
   rig.simulation.run();
   is_counting = false;
-  EXPECT_EQ(std::exchange(num_allocations, 0), 1);
+  verdicts.request_stop();
+  thread.join();
+  EXPECT_EQ(num_allocations.exchange(0), 1);
   EXPECT_EQ(rig.simulation.state().tick, 400);
+  EXPECT_GE(verdicts.judged().tick, 0);
 }
 
 TEST(Loop, AllocatesNothingOnTheCoupledRungWithRigidLinksOrBodies) {
@@ -93,7 +102,7 @@ TEST(Loop, AllocatesNothingOnTheCoupledRungWithRigidLinksOrBodies) {
     scene.groups.push_back(group);
     publish_everything(scene);
     scene.fidelity = Fidelity::kCoupled;
-    scene.error_budget.horizon = 0.1;
+    scene.verdict.horizon = 0.1;
     const Plan plan = reduced_plan_of(scene);
     ASSERT_NE(plan.coupled.kinetics.form, PlanKinetics::Form::kComplete);
     Rig rig(plan, {.until_tick = 400});
@@ -103,7 +112,7 @@ TEST(Loop, AllocatesNothingOnTheCoupledRungWithRigidLinksOrBodies) {
     ::operator delete(::operator new(1));  // the counter must notice this allocation
     rig.simulation.run();
     is_counting = false;
-    EXPECT_EQ(std::exchange(num_allocations, 0), 1);
+    EXPECT_EQ(num_allocations.exchange(0), 1);
     EXPECT_EQ(rig.simulation.state().tick, 400);
   }
 }
@@ -152,7 +161,7 @@ TEST(Loop, AllocatesNothingWithWheelsTorquesAndDistributedMass) {
     ::operator delete(::operator new(1));  // the counter must notice this allocation
     rig.simulation.run();
     is_counting = false;
-    EXPECT_EQ(std::exchange(num_allocations, 0), 1);
+    EXPECT_EQ(num_allocations.exchange(0), 1);
     EXPECT_EQ(rig.simulation.state().tick, 400);
     EXPECT_NEAR(rig.simulation.state().wheel_momentum[0] - 0.3, plan.period * (400 * 0.01 + 100 * 0.02),
                 1e-12)
@@ -186,7 +195,7 @@ TEST(Loop, AllocatesNothingWhenItReplans) {
   ::operator delete(::operator new(1));  // the counter must notice this allocation
   rig.simulation.run();
   is_counting = false;
-  EXPECT_EQ(std::exchange(num_allocations, 0), 1);
+  EXPECT_EQ(num_allocations.exchange(0), 1);
   EXPECT_TRUE(rig.simulation.state().uses_fallback);
   EXPECT_EQ(rig.simulation.state().fallback_tick, 100);
 }

@@ -19,10 +19,10 @@ ForceCommand make_push(std::int64_t sequence, int slot, std::int64_t start_tick,
 }
 
 Rig::Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop,
-         std::size_t most_waiting)
+         std::size_t most_waiting, service::VerdictThread* verdicts)
     : loop_clock(clock_of_loop),
       output(std::make_unique<service::Output>(plan, most_waiting)),
-      simulation(plan, settings, clock_of_loop, *inbound, *output) {}
+      simulation(plan, settings, clock_of_loop, *inbound, *output, verdicts) {}
 
 bool Rig::push(const ForceCommand& command) {
   auto entry = std::make_unique<service::InboundEntry>();

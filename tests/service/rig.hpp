@@ -48,9 +48,9 @@ ForceCommand make_push(std::int64_t sequence, int slot = 0, std::int64_t start_t
 
 struct Rig {
   /// \param most_waiting  number of snapshots of one channel that can wait. If it is 1, a loop without a pace
-  ///   waits for the reader
+  ///   waits for the reader  \param verdicts  judges the motion; nullptr: nothing is judged
   Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop,
-      std::size_t most_waiting = 1);
+      std::size_t most_waiting = 1, service::VerdictThread* verdicts = nullptr);
   Rig(const Plan& plan, const service::LoopSettings& settings, std::size_t most_waiting = 1)
       : Rig(plan, settings, clock, most_waiting) {}
 

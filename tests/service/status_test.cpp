@@ -6,18 +6,21 @@
 #include <cmath>
 
 #include "tests/service/rig.hpp"
+#include "tests/support/omissions.hpp"
 
 namespace freeflex::testing {
 namespace {
 
 using freeflex_msgs::status_t;
 using service::Mode;
+using service::NotJudged;
 using service::Snapshot;
 using service::StatusReporter;
 
 /// Reports the status of a state that the test itself steps.
 struct Report {
-  explicit Report(const Scene& scene) : motion(scene) { snapshot.free.take(motion.plan, motion.state); }
+  explicit Report(const Scene& scene) : Report(plan_of(scene)) {}
+  explicit Report(const Plan& plan) : motion(plan) { snapshot.free.take(motion.plan, motion.state); }
 
   void run(int ticks, std::span<const ForceCommand> commands = {}) {
     for (int k = 0; k < ticks; ++k) {
@@ -81,26 +84,91 @@ TEST(Status, SpinWithoutDisplacementIsPublishedAsAFiniteNumber) {
 }
 
 TEST(Status, PublishesTheCurrentAndTheWorstVerdictWithTheirFigures) {
-  Report report(stretched_pair());
+  Report report(reduced_plan_of(stretched_pair()));
   Verdict& now = report.snapshot.verdict;
   now.level = Verdict::Level::kWatch;
-  now.cause = Verdict::Cause::kSpinLoad;
+  now.cause = Verdict::Cause::kAttitude;
   now.tick = 7;
-  now.error = 1e-4;
+  now.error = {.position = 1e-5, .attitude = 2e-3, .deformation = 1e-4};
+  now.own_error = 1e-6;
   now.displacement_now = 1e-3;
   now.scale = 2e-3;
   report.snapshot.worst = now;
   report.snapshot.worst.level = Verdict::Level::kOutside;
   report.snapshot.worst.tick = 5;
+  report.snapshot.not_judged = NotJudged::kJudged;
+  report.snapshot.num_late = 3;
   const status_t status = report.now();
   EXPECT_EQ(status.validity, status_t::WATCH);
   EXPECT_EQ(status.worst_validity, status_t::OUTSIDE);
   EXPECT_EQ(status.worst_validity_tick, 5);
-  EXPECT_NE(status.validity_cause.find("centrifugal"), std::string::npos) << status.validity_cause;
+  EXPECT_NE(status.validity_cause.find("the attitude is 0.002 rad"), std::string::npos)
+      << status.validity_cause;
   EXPECT_EQ(status.worst_validity_cause, status.validity_cause);
-  EXPECT_EQ(status.model_error, 1e-4);
+  EXPECT_EQ(status.judged_tick, 7);
+  EXPECT_EQ(status.judged_every, 1);
+  EXPECT_EQ(status.judgements_late, 3);
+  EXPECT_EQ(status.position_error, 1e-5);
+  EXPECT_EQ(status.attitude_error, 2e-3);
+  EXPECT_EQ(status.deformation_error, 1e-4);
+  EXPECT_EQ(status.shadow_error, 1e-6);
   EXPECT_EQ(status.displacement_now, 1e-3);
   EXPECT_EQ(status.error_scale, 2e-3);
+}
+
+/// Returns the status of a motion that has no verdict for the given reason.
+status_t unjudged(const Scene& scene, NotJudged why, std::int64_t verdict_tick = -1) {
+  Report report(reduced_plan_of(scene));
+  Verdict& verdict = report.snapshot.verdict;
+  verdict.tick = verdict_tick;
+  if (verdict_tick >= 0) verdict.level = Verdict::Level::kWatch, verdict.cause = Verdict::Cause::kAttitude;
+  report.snapshot.worst = verdict;
+  report.snapshot.not_judged = why;
+  return report.now();
+}
+
+TEST(Status, WithoutAVerdictItIsNotJudgedAndTheCauseIsGiven) {
+  Scene scene_that_is_off = stretched_pair();
+  scene_that_is_off.verdict.is_off = true;
+  const struct {
+    Scene scene;
+    NotJudged why;
+    const char* cause;
+  } cases[] = {
+      {stretched_pair(), NotJudged::kNotYet, "no tick is judged yet"},
+      {stretched_pair(), NotJudged::kProcessors, "fewer than 3"},
+      {stretched_pair(), NotJudged::kBehind, "too far behind the simulation"},
+      {stretched_pair(), NotJudged::kOff, "the daemon was started with --verdict off"},
+      {scene_that_is_off, NotJudged::kOff, "the scene has verdict: off"},
+  };
+  for (const auto& each : cases) {
+    const status_t status = unjudged(each.scene, each.why);
+    EXPECT_EQ(status.validity, status_t::NOT_JUDGED) << each.cause;
+    EXPECT_EQ(status.worst_validity, status_t::NOT_JUDGED) << each.cause;
+    EXPECT_EQ(status.worst_validity_cause, "");
+    EXPECT_EQ(status.worst_validity_tick, -1);
+    EXPECT_EQ(status.judged_tick, -1);
+    EXPECT_NE(status.validity_cause.find(each.cause), std::string::npos) << status.validity_cause;
+  }
+  // feedback of the acceleration has no better plan
+  Scene fed = stretched_pair();
+  fed.feedbacks.push_back(
+      {"f", 0, 0, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), -0.1 * Eigen::Matrix3d::Identity(), {}});
+  const status_t status = unjudged(fed, NotJudged::kOff);
+  EXPECT_NE(status.validity_cause.find("no better plan supports the scene: acceleration feedback"),
+            std::string::npos)
+      << status.validity_cause;
+  EXPECT_EQ(status.judged_every, 0);
+}
+
+// A thread that has fallen behind has old verdicts. They must not be published as present ones, but the worst
+// of them stays.
+TEST(Status, OfTheVerdictsFromBeforeTheThreadFellBehindOnlyTheWorstIsPublished) {
+  const status_t status = unjudged(stretched_pair(), NotJudged::kBehind, 7);
+  EXPECT_EQ(status.validity, status_t::NOT_JUDGED);
+  EXPECT_EQ(status.worst_validity, status_t::WATCH);
+  EXPECT_NE(status.worst_validity_cause, "");
+  EXPECT_NE(status.validity_cause.find("RESET judges again"), std::string::npos) << status.validity_cause;
 }
 
 TEST(Status, TheTruncationBoundIsMinusOneIfThePlanOmitsModes) {

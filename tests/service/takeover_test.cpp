@@ -42,7 +42,8 @@ Course run_course(std::uint64_t seed, int acts_a_tick, bool has_pushes) {
                              [](service::LineKind, const std::string&) {});
   FakeClock clock;
   auto output = std::make_unique<service::Output>(plan);
-  service::Simulation simulation(plan, {.until_tick = kTicks}, clock, verifier.block().inbound, *output);
+  service::Simulation simulation(plan, {.until_tick = kTicks}, clock, verifier.block().inbound, *output,
+                                 nullptr);
   HostileIngress hostile(*ingress, seed);
   Course course;
   std::int64_t sequence = 0;

@@ -33,7 +33,7 @@ std::string error_of_spoilt(Plan plan, const Spoil& spoil) {
 }
 
 inline void expect_named(const std::string& error, const char* what) {
-  EXPECT_NE(error.find(what), std::string::npos) << error;
+  EXPECT_NE(error.find(what), std::string::npos) << error << " lacks " << what;
 }
 
 /// Numbers of damaged plans that were refused and accepted. Each damaged plan has a flipped bit, four bytes

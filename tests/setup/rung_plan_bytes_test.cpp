@@ -1,5 +1,5 @@
-// The bytes of plans of the coupled rungs with the shadows of an error budget.
-#include "core/error/budget.hpp"
+// The bytes of plans of the coupled rungs with the shadows of their verdicts.
+#include "core/motion.hpp"
 #include "core/plan/file/plan_bytes.hpp"
 #include "core/plan/rungs/rates.hpp"
 #include "core/step/readout.hpp"
@@ -13,7 +13,7 @@ namespace freeflex::testing {
 namespace {
 
 /// Returns a plan of four points on the rung `full` with two substeps per tick, feedback, a sine and a
-/// budget.
+/// shadow.
 Plan full_plan() {
   Scene scene;
   scene.name = "full";
@@ -31,32 +31,28 @@ Plan full_plan() {
   publish_everything(scene);
   scene.fidelity = Fidelity::kFull;
   scene.rate = 1000.0;
-  scene.error_budget.horizon = 0.004;
+  scene.verdict.horizon = 0.004;
   return reduced_plan_of(scene);
 }
 
-/// Runs a plan with its shadows through a command, a reset and the end of a horizon. Sanitizers report any
+/// Runs a plan with its shadow through a command, a reset and the end of a horizon. Sanitizers report any
 /// access out of bounds.
-void exercise_with_budget(const Plan& plan) {
-  State state = make_state(plan);
-  Workspace workspace = make_workspace(plan);
-  Budget budget = make_budget(plan);
-  StepReport report;
+void exercise_with_shadow(const Plan& plan) {
+  Motion motion(plan);
   ForceCommand command = make_command(0, 1, Axes::kBody, 5);
   add_force(command, 0, {0.1, 0.2, 0.3});
   for (int tick = 0; tick < 8; ++tick) {
     const bool pushes = tick == 2 && plan.points[0].row >= 0 && plan.points[0].pushable;
-    step(plan, state, {{&command, pushes ? 1U : 0U}}, workspace, budget, report);
-    read_budget(plan, state, budget);
-    read_invariants(plan, state);
-    if (tick == 5) reset_state(plan, state);
+    motion.advance({&command, pushes ? 1U : 0U});
+    read_invariants(plan, motion.state());
+    if (tick == 5) motion.reset();
   }
 }
 
 TEST(RungPlan, RoundTripThroughBytesIsExact) {
   const Plan plan = full_plan();
   ASSERT_GT(plan.coupled.num_substeps, 1);
-  ASSERT_EQ(plan.budget.shadows.size(), 1U);
+  ASSERT_EQ(plan.verdict.shadows.size(), 1U);
   const std::vector<std::byte> bytes = plan_to_bytes(plan);
   std::string error;
   const auto back = plan_from_bytes(bytes, error);
@@ -65,9 +61,10 @@ TEST(RungPlan, RoundTripThroughBytesIsExact) {
   EXPECT_EQ(back->coupled.functions, plan.coupled.functions);
   EXPECT_EQ(back->coupled.num_substeps, plan.coupled.num_substeps);
   EXPECT_EQ(back->coupled.bars.size(), 6U);
-  EXPECT_EQ(back->budget.shadows[0].plan.coupled.num_substeps,
-            plan.budget.shadows[0].plan.coupled.num_substeps);
-  exercise_with_budget(*back);
+  const PlanShadow &shadow = plan.verdict.shadows[0], &shadow_back = back->verdict.shadows[0];
+  EXPECT_EQ(shadow_back.plan.coupled.num_substeps, shadow.plan.coupled.num_substeps);
+  EXPECT_EQ(shadow_back.modes[0].numbers, shadow.modes[0].numbers);
+  exercise_with_shadow(*back);
 }
 
 TEST(RungPlan, ContentThatDoesNotFitTheRungIsRefused) {
@@ -85,16 +82,27 @@ TEST(RungPlan, ContentThatDoesNotFitTheRungIsRefused) {
                  p.tried_rungs = {{static_cast<Fidelity>(6), 0.0, 0.0, 0.0, true, true}};
                }),
                "a rung that was tried");
-  expect_named(error_of([](Plan& p) { p.budget.shadows[0].substeps = 3; }), "an unknown kind");
-  expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.points.pop_back(); }), "shadow");
-  expect_named(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "has no horizon");
-  expect_named(error_of([](Plan& p) { p.budget.horizon = -1.0; }), "out of range");
-  expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.fallback.push_back(p); }),
+  const auto error_of_shadow = [&](const auto& spoil) {
+    return error_of([&](Plan& p) { spoil(p.verdict.shadows[0]); });
+  };
+  expect_named(error_of([](Plan& p) { p.verdict.horizon = -1.0; }), "out of range");
+  expect_named(error_of([](Plan& p) { p.verdict.shadows.push_back(p.verdict.shadows[0]); }),
+               "more than one shadow");
+  expect_named(error_of_shadow([](PlanShadow& s) { s.ticks = 2; }), "the steps of the shadow");
+  expect_named(error_of_shadow([](PlanShadow& s) { s.every = 0; }), "the steps of the shadow");
+  expect_named(error_of_shadow([](PlanShadow& s) { s.delay_ticks = 0; }), "the steps of the shadow");
+  expect_named(error_of_shadow([](PlanShadow& s) { s.plan.points.pop_back(); }), "shadow");
+  expect_named(error_of_shadow([](PlanShadow& s) { s.plan.histories.pop_back(); }), "another structure");
+  expect_named(error_of_shadow([](PlanShadow& s) { s.plan.fallback = {StepPlan(s.plan)}; }),
                "contains a further plan");
+  expect_named(error_of_shadow([](PlanShadow& s) { s.modes[0].numbers.pop_back(); }),
+               "not those of the plan");
+  expect_named(error_of_shadow([](PlanShadow& s) { s.modes[0].numbers[0] = 99; }),
+               "not a mode of the shadow");
 }
 
 TEST(RungPlan, DamagedContentWithAValidChecksumIsRefusedOrHarmless) {
-  const DamageCount count = damage(full_plan(), 11, 2000, exercise_with_budget);
+  const DamageCount count = damage(full_plan(), 11, 2000, exercise_with_shadow);
   EXPECT_GT(count.num_refused, 500);
   EXPECT_GT(count.num_taken, 100);
 }
@@ -104,9 +112,10 @@ TEST(RungPlan, AnotherRateHasItsOwnSubsteps) {
   const std::int32_t num_substeps = plan.coupled.num_substeps;
   set_rate(plan, 500.0);
   EXPECT_EQ(plan.coupled.num_substeps, 2 * num_substeps);
-  EXPECT_EQ(plan.budget.shadows[0].plan.period * plan.budget.shadows[0].substeps, plan.period);
+  const PlanShadow& shadow = plan.verdict.shadows[0];
+  EXPECT_EQ(shadow.plan.period * shadow.substeps, shadow.ticks * plan.period);
   EXPECT_EQ(find_inconsistency(plan), "");
-  exercise_with_budget(plan);
+  exercise_with_shadow(plan);
 }
 
 /// Returns the plan of two bodies on a beam, one of them in a group, on the rung `coupled`.
@@ -137,7 +146,7 @@ TEST(RungPlan, TheRoundTripOfAPlanWithBodiesIsExact) {
   ASSERT_TRUE(back.has_value()) << error;
   EXPECT_EQ(plan_to_bytes(*back), bytes);
   EXPECT_EQ(back->coupled.kinetics.tables, plan.coupled.kinetics.tables);
-  exercise_with_budget(*back);
+  exercise_with_shadow(*back);
 }
 
 TEST(RungPlan, ContentThatDoesNotFitAPlanWithBodiesIsRefused) {
@@ -155,7 +164,7 @@ TEST(RungPlan, ContentThatDoesNotFitAPlanWithBodiesIsRefused) {
 }
 
 TEST(RungPlan, DamageInAPlanWithBodiesIsRefusedOrHarmless) {
-  const DamageCount count = damage(body_plan(), 12, 2000, exercise_with_budget);
+  const DamageCount count = damage(body_plan(), 12, 2000, exercise_with_shadow);
   EXPECT_GT(count.num_refused, 500);
   EXPECT_GT(count.num_taken, 100);
 }

@@ -49,9 +49,9 @@ TEST(Spec, APlanHasTheModesTheRateAndTheFeaturesOfItsSpec) {
   EXPECT_FALSE(plan->has_damping);
 }
 
-TEST(Spec, SettingTheRateLaterGivesThePlanOfThatRateWithItsShadows) {
+TEST(Spec, SettingTheRateLaterGivesThePlanOfThatRateWithItsShadow) {
   Scene scene = truss_s5();
-  scene.error_budget.horizon = 0.5;
+  scene.verdict.horizon = 0.5;
   const Structure structure = build(scene);
   Faults faults;
   auto moved = make_plan(scene, structure, faults);
@@ -62,10 +62,10 @@ TEST(Spec, SettingTheRateLaterGivesThePlanOfThatRateWithItsShadows) {
   EXPECT_EQ(plan_to_bytes(*moved), plan_to_bytes(*made));
 }
 
-// This scene is compiled four times, namely for the full and the reduced plan, and for two shadows.
+// This scene is compiled four times, namely for the full and the reduced plan, and for shadows.
 TEST(MakePlan, ReportsEachFaultOnceForAnyNumberOfPlans) {
   Scene scene = truss_s1();
-  scene.error_budget.horizon = 0.5;
+  scene.verdict.horizon = 0.5;
   scene.leave_out.tolerance = 1e-3;
   scene.initial.angular_velocity = {0.0, 0.0, 50.0};
   scene.initial.points.push_back({0, Eigen::Vector3d(1e-6, 0.0, 0.0), Eigen::Vector3d::Zero()});

@@ -38,7 +38,6 @@ struct Simulation {
 inline Plan without_load_stiffness(Plan plan) {
   plan.field_stiffening = plan.command_stiffening = {};
   for (PlanHistory& history : plan.histories) history.stiffening = {};
-  plan.unmodelled.stiffened_rows.clear();
   return plan;
 }
 

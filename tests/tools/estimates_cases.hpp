@@ -14,13 +14,14 @@ inline tools::EstimateSummary print(const std::vector<tools::EstimateRow>& rows)
   for (const auto& row : rows)
     if (!row.error.empty()) std::printf("scene %d: %s\n", row.number, row.error.c_str());
   std::printf(
-      "%d scenes (%d without an answer): truth inside the estimate, position %.3f (95 %% lower bound %.3f),\n"
-      "elastic %.3f (%.3f); within a factor of 3 %.3f, %.3f; good %.2f, watch %.2f, outside %.2f;\n"
+      "%d scenes (%d without an answer): within a factor of 1.3 %.3f of the attitude errors (95 %% lower "
+      "bound %.3f),\n%.3f of the elastic errors (%.3f); within a factor of 3 %.3f, %.3f; good %.2f, watch "
+      "%.2f, outside %.2f;\n"
       "auto meets %.3f, is cheapest %.3f\n",
-      sum.num_scenes, sum.num_failed, sum.inside_position, sum.lower_position, sum.inside_elastic,
-      sum.lower_elastic, sum.close_position, sum.close_elastic, sum.good, sum.watch, sum.outside,
+      sum.num_scenes, sum.num_failed, sum.close_attitude, sum.lower_attitude, sum.close_elastic,
+      sum.lower_elastic, sum.near_attitude, sum.near_elastic, sum.good, sum.watch, sum.outside,
       sum.auto_meets, sum.auto_cheapest);
-  const auto bins = tools::histogram(rows, &ErrorSize::elastic);
+  const auto bins = tools::histogram(rows, &tools::ErrorSize::elastic);
   std::printf("elastic estimate over truth, fifths of a decade from 0.1 to 10:");
   for (const int bin : bins) std::printf(" %d", bin);
   std::printf("\n");
@@ -30,8 +31,8 @@ inline tools::EstimateSummary print(const std::vector<tools::EstimateRow>& rows)
 /// Counts the verdicts `good`. Such a verdict is false if the true elastic error exceeds 5 % of
 /// `Verdict::scale`; the false ones are also counted. The scale is never smaller than the present
 /// displacement. Also counts the scenes with a true elastic error below 1 %, and the verdicts `good` and
-/// `outside` on these scenes. Rows with an error are skipped, and so are verdicts whose cause is the error of
-/// the position.
+/// `outside` on these scenes. Rows with an error are skipped, and so are verdicts whose cause is an error of
+/// place.
 struct VerdictTally {
   int good = 0, false_good = 0;                      // false_good: the true error exceeds 5 % of the scale
   int small = 0, small_good = 0, small_outside = 0;  // scenes with a true elastic error below 1 %

@@ -61,17 +61,22 @@ TEST(Plan, ReportsForEachFeatureWhetherAndWhyItIsOmitted) {
   EXPECT_GT(plan["ns"]["step"].get<double>(), 0.0);
 }
 
-TEST(Plan, ReportsTheCostOfSubstepsAndErrorBudget) {
-  std::string scene = square("fidelity: full\nerror_budget: {horizon: 1}\n");
+TEST(Plan, ReportsTheCostOfSubstepsAndOfTheVerdict) {
+  std::string scene = square("fidelity: full\nverdict: {horizon: 1}\n");
   const Json plan = plan_json(scene.replace(scene.find("rate: 1000"), 10, "rate: 100"));
   EXPECT_EQ(plan["rung"], "full");
   EXPECT_GT(plan["substeps_per_tick"], 1);
-  EXPECT_EQ(plan["budget_horizon"], 1.0);
-  EXPECT_EQ(plan["budget_steps"], Json::parse(R"([{"fidelity": "full", "steps_per_tick": 2}])"));
+  EXPECT_EQ(plan["verdict"]["fidelity"], "full");
+  EXPECT_EQ(plan["verdict"]["horizon"], 1.0);
+  EXPECT_EQ(plan["verdict"]["every"], 1);
+  EXPECT_LT(plan["verdict"]["step"].get<double>(), 0.01) << "the shadow divides the tick";
+  EXPECT_GT(plan["verdict"]["delay"].get<double>(), 0.05);
   EXPECT_GT(plan["ns"]["stages"].get<double>(), 0.0);
   EXPECT_EQ(plan["ns"]["stages"], plan["ns"]["step"]);
-  EXPECT_GT(plan["ns"]["budget"].get<double>(), 0.0);
+  EXPECT_GT(plan["ns"]["shadow"].get<double>(), 0.0);
 }
+
+TEST(Plan, ReportsNoVerdictIfItIsOff) { EXPECT_EQ(plan_json(square("verdict: off\n"))["verdict"], nullptr); }
 
 TEST(Plan, LinesFitTheScreen) {
   for (const char* scene : {"mast.yaml", "truss104.yaml"}) {

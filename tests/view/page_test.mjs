@@ -119,10 +119,10 @@ test("the page shows the worst verdict, or that there is none", () => {
     ["outside, first at tick 3: spin", "verdict outside"]);
 });
 
-test("the model error is shown in metres and relative to its scale", () => {
+test("the error is shown in metres and relative to its scale", () => {
   const { body, frame } = read("boom");
-  const rows = statusRows(body, frame, { model_error: 1e-6, error_scale: 1e-3, validity: 0, validity_cause: "" }, 1, null);
-  assert.match(rows.find(([name]) => name === "model error")[1], /off by about 1\.00e-6 m, 0\.1 % of 1\.00e-3 m/);
+  const rows = statusRows(body, frame, { judged_tick: 1, deformation_error: 1e-6, error_scale: 1e-3, validity: 0, validity_cause: "" }, 1, null);
+  assert.match(rows.find(([name]) => name === "error")[1], /off by about 1\.00e-6 m, 0\.1 % of 1\.00e-3 m/);
 });
 
 test("the amplification multiplies the displacements", () => {

@@ -61,6 +61,7 @@ std::string Bus::describe() const { return options_.lcm_url + ", channels " + op
 
 const char* validity_name(std::int32_t validity) {
   static constexpr std::array kNames{"good", "watch", "outside"};
+  if (validity == freeflex_msgs::status_t::NOT_JUDGED) return "not judged";
   return validity >= 0 && validity < 3 ? kNames[index(validity)] : "?";
 }
 

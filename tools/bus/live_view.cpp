@@ -265,18 +265,14 @@ std::string LiveView::validity_text() const {
            s.worst_validity_cause;
   out += "\n";
   if (s.error_scale > 0.0)
-    out += "error      " + share_text(s.model_error, s.error_scale) +
-           format_text(
-               " the displacement it is compared with, %.2g m (good up to %g %%, outside above %g "
-               "%%)\n",
-               s.error_scale, 100.0 * kGoodElastic, 100.0 * kMostElastic);
-  if (s.budget_horizon == 0.0) return out;
-  out += format_text("budget     over %.3g s (of %.3g)   position m   attitude rad   elastic\n", s.budget_age,
-                     s.budget_horizon);
-  static constexpr std::array kErrors{"estimate", "integration", "truncation", "model"};
-  for (std::size_t k = 0; k < kErrors.size(); ++k)
-    out += format_text("  %-12s %20.1e %14.1e %9.1e\n", kErrors[k], s.error_position[k], s.error_attitude[k],
-                       s.error_elastic[k]);
+    out +=
+        "error      " + share_text(s.deformation_error, s.error_scale) +
+        format_text(" %.2g m, the displacement it is compared with; good up to %g %%, outside above %g %%\n",
+                    s.error_scale, 100.0 * kGoodElastic, 100.0 * kMostElastic);
+  if (s.judged_tick >= 0)
+    out += format_text("judged     tick %" PRId64 ", centre of mass %.1e m, attitude %.1e rad%s\n",
+                       s.judged_tick, s.position_error, s.attitude_error,
+                       s.judged_every > 1 ? format_text("; one horizon in %d", s.judged_every).c_str() : "");
   return out;
 }
 

@@ -168,7 +168,16 @@ bool Indexer::take_other(const io::LogEvent& event) {
   } else if (event.channel == status_) {
     freeflex_msgs::status_t status;
     is_read = io::decode_message(event.bytes, status);
-    if (is_read) session_of(status.session).unsent.take(status);
+    if (is_read) {
+      RecordedSession& session = session_of(status.session);
+      session.unsent.take(status);
+      if (status.validity != freeflex_msgs::status_t::NOT_JUDGED)
+        session.verdicts.push_back(
+            {status.epoch,
+             status.judged_tick,
+             status.validity,
+             {status.position_error, status.attitude_error, status.deformation_error, status.error_scale}});
+    }
   } else {
     return false;
   }
@@ -212,6 +221,8 @@ Recording read_recording(io::LogReader& log, const std::string& prefix) {
           return std::tie(a.sequence, a.tick, a.kind) == std::tie(b.sequence, b.tick, b.kind);
         });
     session.applied.erase(repeats, session.applied.end());
+    std::ranges::stable_sort(session.verdicts, {},
+                             [](const VerdictRecord& each) { return std::pair(each.epoch, each.tick); });
     std::stable_sort(session.states.begin(), session.states.end(),
                      [](const StateRecord& a, const StateRecord& b) {
                        return std::tie(a.epoch, a.tick) < std::tie(b.epoch, b.tick);

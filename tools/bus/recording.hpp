@@ -33,11 +33,19 @@ struct StateRecord {
   std::int64_t applied_count = 0;
   std::int64_t offset = 0;  // [bytes]
 };
+/// The verdict that a STATUS publishes.
+struct VerdictRecord {
+  std::int64_t epoch = 0, tick = 0;  // of the state that was judged
+  std::int32_t validity = 0;
+  // [m], [rad], [m], [m] errors of position, attitude and deformation, and the scale
+  std::array<double, 4> values{};
+};
 struct RecordedSession {
   std::int64_t session = 0;
   std::vector<AppliedRecord> applied;  // ordered by sequence, without repeated records
   std::vector<StateRecord> states;     // ordered by epoch, then by tick
   std::array<std::vector<PageRecord>, kNumMotionChannels> pages;  // in the order of kMotionChannels
+  std::vector<VerdictRecord> verdicts;                            // ordered by epoch, then by tick
   UnsentCounts unsent;
   bool has_scene = false;  // true if the log contains a FREEFLEX_SCENE of the session
   std::string plan_file;   // from FREEFLEX_SCENE

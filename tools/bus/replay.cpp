@@ -100,7 +100,7 @@ class Replay {
         log_(log),
         session_(session),
         feed_(log, session, plan),
-        motion_(plan, kMotionAlone),
+        motion_(plan, session.verdicts.empty() ? kMotionAlone : Watch::kVerdict),
         outcome_(std::move(outcome)) {}
 
   ReplayOutcome run() {
@@ -155,7 +155,31 @@ class Replay {
       if (feed_.next_kind(tick) == applied_t::RESET) return;
       return differ({tick + 1, "state", "finite", "not finite, so the step gives up"});
     }
-    if (std::optional<Difference> found = compare_ends(tick, ended_, report)) differ(std::move(*found));
+    if (std::optional<Difference> found = compare_ends(tick, ended_, report))
+      return differ(std::move(*found));
+    check_verdict();
+  }
+
+  /// Compares the verdicts on the present state with the recorded ones.
+  void check_verdict() {
+    const Verdict& verdict = motion_.verdict();
+    const std::pair now(state().epoch, state().tick);
+    for (; next_verdict_ < session_.verdicts.size(); ++next_verdict_) {
+      const VerdictRecord& record = session_.verdicts[next_verdict_];
+      if (std::pair(record.epoch, record.tick) > now) return;
+      if (std::pair(record.epoch, record.tick) < now || verdict.tick != record.tick) continue;
+      const std::array replayed{verdict.error.position, verdict.error.attitude, verdict.error.deformation,
+                                verdict.scale};
+      static constexpr std::array kNames{"position_error", "attitude_error", "deformation_error",
+                                         "error_scale"};
+      for (std::size_t k = 0; k < replayed.size(); ++k)
+        if (std::bit_cast<std::uint64_t>(replayed[k]) != std::bit_cast<std::uint64_t>(record.values[k]))
+          return differ({record.tick, kNames[k], exact(record.values[k]), exact(replayed[k])});
+      if (static_cast<std::int32_t>(verdict.level) != record.validity)
+        return differ({record.tick, "validity", std::to_string(record.validity),
+                       std::to_string(static_cast<std::int32_t>(verdict.level))});
+      ++outcome_.num_verdicts;
+    }
   }
 
   void check(const StateRecord& record) {
@@ -198,6 +222,7 @@ class Replay {
   const RecordedSession& session_;
   CommandFeed feed_;
   Motion motion_;
+  std::size_t next_verdict_ = 0;  // of the recorded verdicts
   std::vector<ForceCommand> commands_;
   std::vector<applied_t> ended_;
   ReplayOutcome outcome_;

@@ -1,5 +1,5 @@
 // Replays a recording. The replay applies the recorded commands at their ticks and compares every recorded
-// state bit for bit.
+// state and every recorded verdict bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -40,6 +40,7 @@ struct ReplayOutcome {
   std::optional<Difference> difference;
   std::int64_t ticks = 0;
   std::int64_t num_states = 0;            // states compared
+  std::int64_t num_verdicts = 0;          // verdicts compared
   std::int64_t num_commands = 0;          // commands applied
   std::vector<Loss> losses;               // losses on each channel of the motion that is in the log
   std::vector<std::string> not_compared;  // numbers of POINTS and LOADS messages, as texts

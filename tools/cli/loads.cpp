@@ -7,9 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "core/error/verdict.hpp"
 #include "core/plan/loads/quasi_static.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/plan/rungs/shadow.hpp"
+#include "core/steady/judge_steady.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/structure/structure.hpp"
@@ -37,7 +38,7 @@ JSON fields:
   name         of the scene;  force [N] and torque [N m]: the resultant about the centre of mass, body axes
   points       for each: name, elastic displacement [m] in body axes, which are the mean axes
   links        for each: name, kind, values [N, N m] by kind (messages/README.md, section 7)
-  validity     0 good, 1 watch, 2 outside;  cause: why not good;  error, scale [m]: the estimated
+  validity     0 good, 1 watch, 2 outside, null if not judged;  cause: why not good;  error, scale [m]: the estimated
                error and what the verdict compares it with
 Exit codes: 0 done, 2 the scene, plan or load has errors.)";
 
@@ -136,7 +137,7 @@ std::vector<LinkForce> link_forces(const Plan& plan, const State& state) {
   return all;
 }
 
-void print_loads_json(const Plan& plan, const State& state) {
+void print_loads_json(const Plan& plan, const State& state, const SteadyLoad& load) {
   Json out;
   out["name"] = plan.name;
   out["force"] = state.force_W;
@@ -150,15 +151,16 @@ void print_loads_json(const Plan& plan, const State& state) {
   for (const LinkForce& force : link_forces(plan, state))
     links.push_back({{"name", force.name}, {"kind", force.kind}, {"values", force.values}});
   out["links"] = links;
-  const Verdict verdict = judge_steady(plan, state);
-  out["validity"] = static_cast<int>(verdict.level);
-  out["cause"] = text_of(plan, verdict);
-  out["error"] = verdict.error;
-  out["scale"] = verdict.scale;
+  const SteadyVerdict verdict = judge_steady(plan, state, load);
+  const bool is_judged = verdict.why_not.empty();
+  out["validity"] = is_judged ? Json(static_cast<int>(verdict.level)) : Json();
+  out["cause"] = is_judged ? verdict.cause : verdict.why_not;
+  out["error"] = is_judged ? Json(verdict.error) : Json();
+  out["scale"] = is_judged ? Json(verdict.scale) : Json();
   print_json(out);
 }
 
-void print_loads(const Plan& plan, const State& state) {
+void print_loads(const Plan& plan, const State& state, const SteadyLoad& load) {
   std::printf("%s: %s, %s\n", plan.name.c_str(),
               counted(static_cast<std::int64_t>(plan.points.size()), "point").c_str(),
               counted(static_cast<std::int64_t>(plan.links.size()), "link").c_str());
@@ -177,9 +179,15 @@ void print_loads(const Plan& plan, const State& state) {
       std::printf("%s% .6e", k > 0 && k % 6 == 0 ? "\n                            " : " ", force.values[k]);
     std::printf("\n");
   }
-  const Verdict verdict = judge_steady(plan, state);
-  std::printf("verdict: %s\n", describe(plan, verdict).c_str());
-  std::printf("estimated error: %s\n", error_text(plan, verdict).c_str());
+  const SteadyVerdict verdict = judge_steady(plan, state, load);
+  if (!verdict.why_not.empty()) {
+    std::printf("verdict: not judged (%s)\n", verdict.why_not.c_str());
+    return;
+  }
+  std::printf("verdict: %s%s\n", name_of(verdict.level),
+              verdict.cause.empty() ? "" : (" (" + verdict.cause + ")").c_str());
+  std::printf("estimated error: %s %.2g m (%s)\n", share_text(verdict.error, verdict.scale).c_str(),
+              verdict.scale, plan.verdict.tolerance > 0.0 ? "tolerance" : "displacement");
 }
 
 /// Loads the full plan of a scene, because the load may need features that the scene's loads do not need.
@@ -207,6 +215,7 @@ std::optional<Plan> load_full_plan_or_explain(const std::string& path) {
     const bool is_linear = read.scene && !read.scene->automatic && !traits_of(read.scene->fidelity).couples;
     const Fidelity rung = is_linear ? read.scene->fidelity : Fidelity::kSpinLoaded;
     if (structure) plan = make_full_plan(*read.scene, *structure, rung, read.faults);
+    if (plan) compile_verdict(*read.scene, *structure, *structure, *plan);
   }
   print_faults(read.faults, read.sources);
   return plan;
@@ -234,7 +243,7 @@ int loads(const LoadsOptions& options) {
     return kExitUsage;
   }
   if (!plan->feedbacks.empty()) print_warning("feedback is ignored in the steady response");
-  options.json ? print_loads_json(*plan, *state) : print_loads(*plan, *state);
+  options.json ? print_loads_json(*plan, *state, load) : print_loads(*plan, *state, load);
   return kExitOk;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error/verdict.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/structure/structure.hpp"
 #include "tools/cli/commands.hpp"
@@ -35,15 +36,15 @@ JSON fields:
   rung, substeps_per_tick
                the fidelity, and the substeps of a tick on a coupled rung
   rungs_tried  by fidelity: auto; for each: rung, finite, position [m], attitude [rad], elastic, meets
-  budget_horizon, budget_steps
-               [s] of the error budget; for each of its rungs: fidelity, steps_per_tick
+  verdict      null if nothing is judged, else of the motion with which the state is compared: fidelity, step [s];
+               horizon [s], every (one horizon in so many is judged), delay [s] of the result in a daemon
   features     for each: feature, left_out, count, why, error [m], relative_error (to the largest displacement),
                error_per_force [m/N], relative_error_per_force, link_error [N, N m], link_error_per_force
   scene_uses   whether the scene has loads, follower_forces, feedback, dashpots, spin_load, attractor,
                coupled_rungs
   ns, ns_full_plan
                [ns] per step, of this plan and with every feature kept: step, and its rigid, modes, loads,
-               fields, coupling, stages; in addition push and point (for a point pushed and a point read), budget
+               fields, coupling, stages; in addition push and point (for a point pushed and a point read), shadow
 Exit codes: 0 done, 2 the scene or plan has errors.)";
 
 constexpr std::size_t kShownModes = 12;
@@ -114,7 +115,7 @@ Json to_json(const StepCost& cost) {
   return {{"step", cost.step()},   {"rigid", cost.rigid},   {"modes", cost.modes},
           {"loads", cost.loads},   {"fields", cost.fields}, {"coupling", cost.coupling},
           {"stages", cost.stages}, {"push", cost.push},     {"point", cost.point},
-          {"budget", cost.budget}};
+          {"shadow", cost.shadow}};
 }
 
 const char* on_need_name(const Plan& plan) {
@@ -134,7 +135,7 @@ Json rungs_json(const Plan& plan) {
   return rungs;
 }
 
-/// Prints the rungs that the setting `fidelity: auto` tried, and the rungs of the error budget.
+/// Prints the rungs that the setting `fidelity: auto` tried, and how the motion is judged.
 void print_rungs(const Plan& plan) {
   std::printf("rung               %s", name_of(plan.fidelity));
   if (plan.coupled.num_substeps > 1) std::printf(", %d substeps per tick", plan.coupled.num_substeps);
@@ -147,13 +148,19 @@ void print_rungs(const Plan& plan) {
     else
       std::printf("  %-16s diverges\n", name_of(each.rung));
   }
-  if (plan.budget.shadows.empty()) return;
-  std::string shadows;
-  for (const PlanShadow& shadow : plan.budget.shadows)
-    shadows += std::string(shadows.empty() ? "" : ", ") + name_of(shadow.plan.fidelity) +
-               (shadow.substeps > 1 ? " " + std::to_string(shadow.substeps) + " times a tick" : "");
-  const std::string text = format_text("over %.6g s; shadow steps: %s", plan.budget.horizon, shadows.c_str());
-  std::printf("error budget       %s\n", wrapped(text, 19).c_str());
+  if (plan.verdict.shadows.empty()) {
+    std::printf("verdict            %s\n", wrapped("not judged: " + not_judged_text(plan), 19).c_str());
+    return;
+  }
+  const PlanShadow& shadow = plan.verdict.shadows.front();
+  const std::string text = format_text(
+      "compares the motion with %s at %.4g Hz; %s horizon of %.6g s is judged; a daemon publishes the "
+      "verdict %.3g s later",
+      name_of(shadow.plan.fidelity), 1.0 / shadow.plan.period,
+      shadow.every == 1 ? "every" : ("one in " + std::to_string(shadow.every)).c_str(),
+      static_cast<double>(shadow.horizon_ticks) * plan.period,
+      static_cast<double>(shadow.delay_ticks) * plan.period);
+  std::printf("verdict            %s\n", wrapped(text, 19).c_str());
 }
 
 Json features_json(const Plan& plan) {
@@ -185,11 +192,13 @@ void print_plan_json(const Plans& plans) {
   out["rung"] = name_of(plan.fidelity);
   out["substeps_per_tick"] = plan.coupled.num_substeps;
   out["rungs_tried"] = rungs_json(plan);
-  out["budget_horizon"] = plan.budget.horizon;
-  out["budget_steps"] = Json::array();
-  for (const PlanShadow& shadow : plan.budget.shadows)
-    out["budget_steps"].push_back(
-        {{"fidelity", name_of(shadow.plan.fidelity)}, {"steps_per_tick", shadow.substeps}});
+  out["verdict"] = nullptr;
+  for (const PlanShadow& shadow : plan.verdict.shadows)
+    out["verdict"] = {{"fidelity", name_of(shadow.plan.fidelity)},
+                      {"step", shadow.plan.period},
+                      {"horizon", static_cast<double>(shadow.horizon_ticks) * plan.period},
+                      {"every", shadow.every},
+                      {"delay", static_cast<double>(shadow.delay_ticks) * plan.period}};
   out["features"] = features_json(plan);
   Json present = Json::object();
   for (const auto& [name, is_there] : scene_uses(plan)) present[name] = is_there;
@@ -262,11 +271,9 @@ void print_cost(const Plans& plans) {
     std::printf("                   each pushed point adds %.0f ns; reading a point takes %.0f ns\n",
                 cost.push, cost.point);
   }
-  if (cost.budget > 0.0)
-    std::printf(
-        "                   the error budget adds %.0f ns, %.3g times the step; omit error_budget to save "
-        "this time\n",
-        cost.budget, cost.budget / cost.step());
+  if (cost.shadow > 0.0)
+    std::printf("                   the verdict takes %.0f ns a tick, in a daemon on another processor\n",
+                cost.shadow);
   if (plans.full && !is_coupled(*plans.plan))
     std::printf("                   full plan, with every feature kept: %.0f ns\n",
                 predict_step(*plans.full).step());

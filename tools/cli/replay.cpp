@@ -26,8 +26,8 @@ constexpr const char* kReplayFooter = R"(Example:
   freeflex replay flight.log --plan rotor.plan
 JSON fields:
   log          the file;  result: identical, differs, incomplete, interrupted or error
-  ticks, states, commands
-               numbers of ticks replayed, states compared and commands applied, also for an incomplete log
+  ticks, states, verdicts, commands
+               numbers of ticks replayed, states and verdicts compared and commands applied, also for an incomplete log
   missing      for each of STATE, POINTS and LOADS that the log contains: ticks (published by the daemon, not in the
                log), first (of these), before (the log begins), unsent (as the daemon's status counts),
                lost_in_transit
@@ -54,11 +54,9 @@ constexpr std::array<ResultName, 5> kResults{{{"identical", kExitOk},
 int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
   const ResultName& result = kResults[static_cast<std::size_t>(outcome.result)];
   if (options.json) {
-    Json out{{"log", options.request.log},
-             {"result", result.name},
-             {"ticks", outcome.ticks},
-             {"states", outcome.num_states},
-             {"commands", outcome.num_commands}};
+    Json out{{"log", options.request.log},       {"result", result.name},
+             {"ticks", outcome.ticks},           {"states", outcome.num_states},
+             {"verdicts", outcome.num_verdicts}, {"commands", outcome.num_commands}};
     out["missing"] = Json::object();
     for (const Loss& loss : outcome.losses)
       out["missing"][loss.channel] = {{"ticks", loss.num_ticks},
@@ -80,8 +78,9 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
   }
   if (!outcome.warning.empty()) print_warning(outcome.warning);
   if (result.exit_code == kExitOk) {
-    std::printf("identical to the bit over %" PRId64 " ticks (%s compared, %s applied)\n", outcome.ticks,
-                counted(outcome.num_states, "state").c_str(),
+    std::printf("identical to the bit over %" PRId64 " ticks (%s and %s compared, %s applied)\n",
+                outcome.ticks, counted(outcome.num_states, "state").c_str(),
+                counted(outcome.num_verdicts, "verdict").c_str(),
                 counted(outcome.num_commands, "command").c_str());
     for (const std::string& what : outcome.not_compared)
       std::printf("not compared: %s, which follow from the state\n", what.c_str());

@@ -24,7 +24,7 @@ struct ReportOptions {
   std::string folder;
   StudyOptions study;
   std::vector<double> ends{study.end};  // [s] one end for all scenes, or one per scene
-  std::uint64_t seed = 2;  // not 1, because the factor of the error estimate was chosen with seed 1
+  std::uint64_t seed = 2;
   int num_estimates = 0, num_ticks = 0;
   std::vector<std::string> omissions;  // scenes
   bool only_rungs = false;
@@ -52,11 +52,11 @@ JSON fields:
                elastic_error, model_error, error_asked_of_others, cpu [s/s], and best_other, hand_written,
                packaged, linearised (null, or method, cpu, ratio to ours)
   complete     whether everything requested is included;  findings: conclusions, as sentences
-  estimates    with --estimates: seed; summary (fractions: inside, inside_lower_bound, within_factor_3, each of
-               position and elastic; good, watch, outside, auto_meets, auto_cheapest; counts: scenes,
-               failed); histogram_elastic, histogram_position; scenes (for each: scene, shape, stiffness
-               [N/m], spin [rad/s], force [N], truth and estimate (position [m], elastic), validity, cause,
-               lost, tolerance, chosen, cheapest, chosen_error, error)
+  estimates    with --estimates: seed; summary (fractions: within_factor_1_3, within_factor_1_3_lower_bound,
+               within_factor_3, each of attitude and elastic; good, watch, outside, auto_meets,
+               auto_cheapest; counts: scenes, failed); histogram_elastic, histogram_attitude; scenes (for
+               each: scene, shape, stiffness [N/m], spin [rad/s], force [N], truth and estimate (attitude
+               [rad], elastic), validity, cause, lost, tolerance, chosen, cheapest, chosen_error, error)
   ticks        with --ticks: seed; bins (for each: from, to [rad per tick], bodies, good, watch, outside,
                worst_attitude_error [rad], worst_energy_error, ns_per_tick); bodies (for each: body, rate
                [Hz], rotation [rad per tick], wheel, inertia_ratio, substeps, ticks, validity, attitude_error

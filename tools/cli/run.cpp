@@ -11,7 +11,9 @@
 
 #include "core/error/validity.hpp"
 #include "core/motion.hpp"
+#include "core/plan/explain.hpp"
 #include "core/plan/file/plan_bytes.hpp"
+#include "core/structure/structure.hpp"
 #include "messages/channels.hpp"
 #include "tools/bus/recording.hpp"
 #include "tools/cli/commands.hpp"
@@ -37,6 +39,7 @@ struct RunOptions {
   std::optional<double> until;  // [s]
   double rate = 0.0;            // [Hz] 0: the scene's rate
   bool json = false;
+  bool explains = false;
 };
 
 constexpr const char* kRunFooter = R"(Example:
@@ -58,13 +61,15 @@ JSON fields:
   output       the file, null where none is asked for;  ticks, time [s]: how far it went;  complete: whether it
                reached the end with all commands of --log
   displacement_ratio, spin_ratio
-               orders of magnitude, kept for older scripts: see validity and error instead; null when no points
+               orders of magnitude, kept for older scripts: see validity and the errors; null when no points
                are published
-  validity     0 good, 1 watch, 2 outside, at the end;  cause: why not good;  error, scale [m]: the estimated
-               error and what the verdict compares it with;  worst: validity, tick and cause of the worst
-               verdict since the start
-  errors       null without error_budget in the scene, else: age [s], lost, and estimate, integration,
-               truncation, model, each null when lost, else position [m], attitude [rad], elastic
+  validity     0 good, 1 watch, 2 outside, at judged_tick, the last tick that was judged; null if none was;  cause:
+               why not good;  worst: validity, tick and cause of the worst verdict since the start
+  position_error [m], attitude_error [rad], deformation_error, shadow_error, scale [m]
+               the estimated errors, by how much the estimate may be wrong, and what the verdict compares it with;
+               null: not known
+  effects      with --explain, of each effect that the motion lacks: effect, deformation [m], attitude [rad],
+               position [m], remedy; the largest first
 Exit codes: 0 written, 1 not written or the state stopped being finite, 2 wrong arguments, scene or plan,
 3 --log damaged or incomplete, 130 interrupted. After an interrupt, or when the disk is full, FILE.partial holds
 the run so far, and replay takes it.)";
@@ -199,8 +204,8 @@ struct Result {
   int exit_code = kExitOk;
   std::string error;
   std::int64_t ticks = 0;
-  std::optional<BudgetReading> budget = std::nullopt;  // error budget at the end, if the scene asks for one
-  Verdict verdict = {}, worst = {};  // verdict at the end, and worst verdict of the last epoch
+  Verdict verdict = {}, worst = {};      // verdict at the end, and worst verdict of the last epoch
+  std::vector<EffectSize> effects = {};  // what the motion lacks, if --explain asks for it
 };
 
 /// Returns the result if a record of the log does not fit the plan.
@@ -214,7 +219,7 @@ Result refuse_record(const std::string& error, bool is_foreign, std::int64_t tic
 
 /// Steps to the last tick, applies the commands of the log and passes every state to the output.
 Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& output, Extremes& extremes,
-                MotionPlot* plot) {
+                MotionPlot* plot, Explanation* explanation) {
   CommandFeed* const feed = log.feed.get();
   Motion motion(plan);
   const State& state = motion.state();
@@ -225,8 +230,9 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
   if (plot != nullptr) plot->take(state);
   extremes.take(state);
   output.judge(motion, true);
+  if (explanation != nullptr) explanation->take(state);
   while (state.tick < last && !output.has_error()) {
-    if (is_interrupted()) return {kExitInterrupted, "", state.tick};
+    if (is_interrupted()) return {kExitInterrupted, "", state.tick, motion.verdict(), motion.worst(), {}};
     const std::int64_t tick = state.tick;
     commands.clear();
     if (feed != nullptr) {
@@ -236,10 +242,12 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
         output.applied_reset(tick);
         output.publish(state, true);
         output.judge(motion, true);
+        if (explanation != nullptr) explanation->take(state);
       }
       const std::string error = feed->take_commands(tick, commands, ended);
       if (!error.empty()) return refuse_record(error, log.is_foreign, tick);
     }
+    if (explanation != nullptr) explanation->command(tick, commands);
     const StepReport& report = motion.advance(commands);
     if (report.status != StepStatus::kOk) {
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
@@ -259,6 +267,10 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
     }
     output.applied_step(tick, report, commands);
     output.publish(state, state.tick == last);
+    if (explanation != nullptr) {
+      explanation->take(state);
+      if (state.tick % kLookEvery == 0) output.set_effect(explanation->leading());
+    }
     output.judge(motion, state.tick == last);
     if (plot != nullptr) plot->take(state);
     if (state.tick % kLookEvery == 0 || state.tick == last) extremes.take(state);
@@ -267,42 +279,66 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
   Result result{kExitOk, "", state.tick};
   result.verdict = motion.verdict();
   result.worst = motion.worst();
-  if (!plan.budget.shadows.empty()) result.budget = motion.read_budget();
   return result;
-}
-
-Json json_of(const ErrorSize& error, bool is_lost) {
-  if (is_lost) return nullptr;
-  return {{"position", error.position}, {"attitude", error.attitude}, {"elastic", error.elastic}};
 }
 
 /// Returns the estimated error and the limits of the verdicts.
 std::string error_line(const Plan& plan, const Verdict& verdict) {
   return error_text(plan, verdict) +
-         format_text(" (good up to %g %%, outside above %g %%)", 100.0 * kGoodElastic, 100.0 * kMostElastic);
+         format_text("; good up to %g %%, outside above %g %%", 100.0 * kGoodElastic, 100.0 * kMostElastic);
+}
+
+/// Returns when the motion was judged last, if that is not the end of the run.
+std::string judged_last(const Plan& plan, std::int64_t tick, std::int64_t last) {
+  const PlanShadow& shadow = plan.verdict.shadows.front();
+  if (last - tick < shadow.ticks) return {};
+  return format_text(", judged last at %.6g s", static_cast<double>(tick) * plan.period) +
+         (shadow.every > 1 ? format_text(" (one horizon in %" PRId64 " is judged)", shadow.every) : "");
 }
 
 /// Prints the verdict at the end of a run and its estimated error, and the worst verdict if it is worse.
-void print_verdict(std::FILE* to, const Plan& plan, const Verdict& verdict, const Verdict& worst) {
-  std::fprintf(to, "verdict at the end: %s\n", describe(plan, verdict).c_str());
+/// \param last  the last tick of the run
+void print_verdict(std::FILE* to, const Plan& plan, const Verdict& verdict, const Verdict& worst,
+                   std::int64_t last) {
+  if (verdict.tick < 0)
+    return static_cast<void>(std::fprintf(to, "verdict at the end: %s\n", describe(plan, verdict).c_str()));
+  std::fprintf(to, "verdict at the end%s: %s\n", judged_last(plan, verdict.tick, last).c_str(),
+               describe(plan, verdict).c_str());
   std::fprintf(to, "estimated error at the end: %s\n", error_line(plan, verdict).c_str());
+  if (std::isfinite(verdict.error.position))
+    std::fprintf(
+        to, "  centre of mass %.1e m (good up to %g of the size), attitude %.1e rad (good up to %g rad)\n",
+        verdict.error.position, kGoodPosition, verdict.error.attitude, kGoodAttitude);
   if (worst.level > verdict.level)
     std::fprintf(to, "worst verdict, at %.6g s: %s\n", static_cast<double>(worst.tick) * plan.period,
                  describe(plan, worst).c_str());
 }
 
-/// Prints the error budget at the end of a run.
-void print_budget(std::FILE* to, const BudgetReading& reading) {
-  std::fprintf(to, "errors over the last %.3g s:\n", reading.age);
-  if (reading.is_lost) return;
-  const auto row = [to](const char* name, const ErrorSize& error) {
-    std::fprintf(to, "  %-12s position %.1e m, attitude %.1e rad, elastic %.1e\n", name, error.position,
-                 error.attitude, error.elastic);
-  };
-  row("estimate", reading.total);
-  row("integration", reading.integration);
-  row("truncation", reading.truncation);
-  row("model", reading.model);
+/// Prints what a motion lacks.
+void print_effects(std::FILE* to, const Plan& plan, const std::vector<EffectSize>& effects) {
+  if (effects.empty()) return;
+  std::fprintf(to, "what the motion lacks (largest distance over the run):\n");
+  for (const EffectSize& each : effects) {
+    if (!std::isfinite(each.most.deformation)) {
+      std::fprintf(to, "  %-32s with it the motion stops; %s\n", name_of(each.effect),
+                   remedy_of(each.effect, plan).c_str());
+      continue;
+    }
+    std::fprintf(to, "  %-32s deformation %.1e m, attitude %.1e rad, position %.1e m; %s\n",
+                 name_of(each.effect), each.most.deformation, each.most.attitude, each.most.position,
+                 remedy_of(each.effect, plan).c_str());
+  }
+}
+
+Json effects_json(const Plan& plan, const std::vector<EffectSize>& effects) {
+  Json all = Json::array();
+  for (const EffectSize& each : effects)
+    all.push_back({{"effect", name_of(each.effect)},
+                   {"deformation", each.most.deformation},
+                   {"attitude", each.most.attitude},
+                   {"position", each.most.position},
+                   {"remedy", remedy_of(each.effect, plan)}});
+  return all;
 }
 
 /// Prints the result of a run and its verdict.
@@ -312,14 +348,11 @@ void report(const RunOptions& options, const std::string& name, const Result& re
   const bool is_to_end = is_complete || result.exit_code == kExitIncomplete;
   const double seconds = static_cast<double>(result.ticks) * plan.period;
   if (options.json) {
-    Json errors;
-    if (result.budget)
-      errors = {{"age", result.budget->age},
-                {"lost", result.budget->is_lost},
-                {"estimate", json_of(result.budget->total, result.budget->is_lost)},
-                {"integration", json_of(result.budget->integration, result.budget->is_lost)},
-                {"truncation", json_of(result.budget->truncation, result.budget->is_lost)},
-                {"model", json_of(result.budget->model, result.budget->is_lost)}};
+    const auto level = [&](const Verdict& verdict) {
+      return result.verdict.tick < 0 ? Json() : Json(static_cast<int>(verdict.level));
+    };
+    // null: nothing is judged, or the shadow stopped
+    const auto error = [&](double size) { return result.verdict.tick < 0 ? Json() : Json(size); };
     const auto known = [&](double ratio) { return extremes.is_known() ? Json(ratio) : Json(); };
     print_json({{"output", options.out.empty() && options.plot.empty() ? Json() : Json(name)},
                 {"ticks", result.ticks},
@@ -327,24 +360,29 @@ void report(const RunOptions& options, const std::string& name, const Result& re
                 {"complete", is_complete},
                 {"displacement_ratio", known(extremes.displacement_ratio())},
                 {"spin_ratio", known(extremes.spin_ratio())},
-                {"validity", static_cast<int>(result.verdict.level)},
-                {"cause", text_of(plan, result.verdict)},
-                {"error", result.verdict.error},
-                {"scale", result.verdict.scale},
+                {"validity", level(result.verdict)},
+                {"cause", result.verdict.tick < 0 ? not_judged_text(plan) : text_of(plan, result.verdict)},
+                {"judged_tick", result.verdict.tick},
+                {"position_error", error(result.verdict.error.position)},
+                {"attitude_error", error(result.verdict.error.attitude)},
+                {"deformation_error", error(result.verdict.error.deformation)},
+                {"shadow_error", error(result.verdict.own_error)},
+                {"scale", error(result.verdict.scale)},
                 {"worst",
-                 {{"validity", static_cast<int>(result.worst.level)},
+                 {{"validity", level(result.worst)},
                   {"tick", result.worst.tick},
                   {"cause", text_of(plan, result.worst)}}},
-                {"errors", errors}});
+                {"effects", effects_json(plan, result.effects)}});
   } else if (is_to_end) {
     std::FILE* const to = is_standard_output(options.out) ? stderr : stdout;
     std::fprintf(to, "%s: %s, %.10g s\n", name.c_str(), counted(result.ticks, "tick").c_str(), seconds);
-    print_verdict(to, plan, result.verdict, result.worst);
-    if (result.budget) print_budget(to, *result.budget);
+    print_verdict(to, plan, result.verdict, result.worst, result.ticks);
+    print_effects(to, plan, result.effects);
   } else if (result.exit_code == kExitInterrupted) {
     const char* const verb = options.out.empty() ? "did" : "holds";
     std::fprintf(stderr, "freeflex: interrupted: %s %s %" PRId64 " of %" PRId64 " ticks\n", name.c_str(),
                  verb, result.ticks, last);
+    print_verdict(stderr, plan, result.verdict, result.worst, result.ticks);
   }
   warn_beyond_limits(plan, result.worst);
 }
@@ -388,6 +426,22 @@ int finish(const RunOptions& options, const Plan& plan, const Commands& commands
   return result.exit_code;
 }
 
+/// Makes the explanation of a motion from the scene of its plan. If this is not possible, prints the reason
+/// and returns false.
+bool explain(const RunOptions& options, const Plan& plan, std::optional<Explanation>& explanation) {
+  if (io::is_plan_file(options.input))
+    return print_error("--explain needs the scene, from which it makes other plans; name the scene"), false;
+  if (plan.verdict.shadows.empty())
+    return print_error("--explain has nothing to compare with, because " + not_judged_text(plan)), false;
+  io::SceneResult read = io::read_scene(options.input, options.settings);
+  std::optional<Structure> structure;
+  if (read.scene) structure = build_structure(*read.scene, read.faults);
+  if (!structure) return print_error("the scene cannot be read again"), false;
+  if (options.rate > 0.0) read.scene->rate = options.rate;
+  explanation.emplace(*read.scene, *structure, plan);
+  return true;
+}
+
 int run(const CLI::App& command, const RunOptions& options) {
   const std::string idle = find_idle_option(command, options);
   if (!idle.empty()) return print_error(idle), kExitUsage;
@@ -396,6 +450,8 @@ int run(const CLI::App& command, const RunOptions& options) {
   const std::optional<Plan> plan =
       load_or_explain(options.input, options.rate, {options.out, options.plot}, options.settings);
   if (!plan || (!options.out.empty() && !has_states(*plan, options.out))) return kExitUsage;
+  std::optional<Explanation> explanation;
+  if (options.explains && !explain(options, *plan, explanation)) return kExitUsage;
   Commands commands;
   if (!options.log.empty()) {
     if (const int exit_code = open_commands(options, *plan, commands); exit_code != kExitOk) return exit_code;
@@ -412,7 +468,9 @@ int run(const CLI::App& command, const RunOptions& options) {
   std::optional<MotionPlot> plot;
   if (!options.plot.empty()) plot.emplace(*plan);
   if (!output->has_error())
-    result = simulate(*plan, commands, *last, *output, extremes, plot ? &*plot : nullptr);
+    result = simulate(*plan, commands, *last, *output, extremes, plot ? &*plot : nullptr,
+                      explanation ? &*explanation : nullptr);
+  if (explanation) result.effects = explanation->effects();
   return finish(options, *plan, commands, *last, *output, result, extremes, plot ? &*plot : nullptr);
 }
 
@@ -449,6 +507,9 @@ void add_run(CLI::App& app, int& exit_code) {
       ->check(channel_prefix())
       ->type_name("NAME")
       ->capture_default_str();
+  command->add_flag(
+      "--explain", options->explains,
+      "which effects the motion lacks, in metres: runs it on better plans too, some ten times as long");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kRunFooter);
   command->callback([options, command, &exit_code] { exit_code = run(*command, *options); });

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <filesystem>
 #include <vector>
 
@@ -65,10 +66,12 @@ class LogOutput : public RunOutput {
   void judge(Motion& motion, bool is_edge) override {
     const State& state = motion.state();
     free_.take(plan_, state);
+    take_verdict(motion);
     if (!is_due(status_every_, state.tick, is_edge)) return;
     stamp_.utime = utime(state.tick);
     put(channels::kStatus, status_of(motion));
   }
+  void set_effect(const std::string& text) override { effect_ = text; }
   void applied_reset(std::int64_t tick) override {
     stamp_.utime = utime(tick);
     put(channels::kApplied, io::make_applied_reset(tick, stamp_.applied_count++, stamp_));
@@ -100,6 +103,20 @@ class LogOutput : public RunOutput {
     return std::llround(static_cast<double>(tick) * plan_.period * 1e6);
   }
 
+  /// Takes the verdict that a daemon publishes at this tick, PlanShadow::delay_ticks after the tick it is on.
+  void take_verdict(const Motion& motion) {
+    if (plan_.verdict.shadows.empty()) return;
+    const State& state = motion.state();
+    if (state.epoch != epoch_) judged_ = {}, waiting_.clear(), epoch_ = state.epoch;
+    const std::int64_t newest = waiting_.empty() ? judged_.now.tick : waiting_.back().now.tick;
+    if (motion.verdict().tick > newest) waiting_.push_back({motion.verdict(), motion.worst()});
+    const std::int64_t delay = plan_.verdict.shadows.front().delay_ticks;
+    while (!waiting_.empty() && waiting_.front().now.tick + delay <= state.tick) {
+      judged_ = waiting_.front();
+      waiting_.pop_front();
+    }
+  }
+
   /// Returns a status message with the motion and its verdict. Fields that need a clock or a bus are zero.
   freeflex_msgs::status_t status_of(Motion& motion) {
     freeflex_msgs::status_t status{};
@@ -110,12 +127,7 @@ class LogOutput : public RunOutput {
     status.time_mode = "asap";
     status.applied_count = stamp_.applied_count;
     status.num_slots = motion.state().num_slots;
-    const BudgetReading reading = motion.read_budget();
-    motion_status_.fill({.motion = motion.state(),
-                         .now = motion.verdict(),
-                         .worst = motion.worst(),
-                         .budget = reading,
-                         .free = free_},
+    motion_status_.fill({.motion = motion.state(), .now = judged_.now, .worst = judged_.worst, .free = free_},
                         status);
     return status;
   }
@@ -133,6 +145,13 @@ class LogOutput : public RunOutput {
   std::int64_t scene_every_, status_every_;               // [ticks]
   service::FreeMotion free_;
   service::MotionStatus motion_status_;
+  struct Judged {
+    Verdict now, worst;
+  };
+  Judged judged_;               // the verdict that is due
+  std::deque<Judged> waiting_;  // those that are not due yet
+  std::int64_t epoch_ = 0;
+  std::string effect_;  // what the motion lacks most
 };
 
 class CsvOutput : public RunOutput {

@@ -19,6 +19,8 @@ class RunOutput {
   virtual void publish(const State& state, bool is_edge) = 0;
   /// Writes a STATUS with the verdict on a motion to a log, if a STATUS is due or is_edge is true.
   virtual void judge(Motion& motion, bool is_edge) = 0;
+  /// Adds what a motion lacks most to the causes that later messages publish.
+  virtual void set_effect(const std::string& text) { (void)text; }
   /// Records that a reset took effect at a tick.
   virtual void applied_reset(std::int64_t tick) = 0;
   /// Records the commands that the step of a tick applied, and the slots that ended in that step.

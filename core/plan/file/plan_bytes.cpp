@@ -15,7 +15,7 @@ namespace {
 // "FFPLAN" and two bytes that text-mode transfers change
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 14;
+constexpr std::uint32_t kVersion = 15;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -267,9 +267,20 @@ void fields(Archive& archive, T& r) {
   all_of<PlanRung>(archive, r.rung, r.position, r.attitude, r.elastic, r.is_finite, r.meets);
 }
 
+template <typename Archive, Is<ShadowModes> T>
+void fields(Archive& archive, T& m) {
+  all_of<ShadowModes>(archive, m.numbers, m.projection);
+}
+
 template <typename Archive, Is<PlanShadow> T>
 void fields(Archive& archive, T& s) {
-  all_of<PlanShadow>(archive, s.kind, s.substeps, s.plan);
+  all_of<PlanShadow>(archive, s.plan, s.ticks, s.substeps, s.horizon_ticks, s.every, s.delay_ticks, s.modes);
+}
+
+template <typename Archive, Is<PlanVerdict> T>
+void fields(Archive& archive, T& v) {
+  all_of<PlanVerdict>(archive, v.is_off, v.horizon, v.share, v.longest_step, v.shadows, v.tolerance, v.shared,
+                      v.shared_text, v.fast_loads, v.lowest_omega);
 }
 
 template <typename Archive, Is<PlanHistory> T>
@@ -294,34 +305,9 @@ void fields(Archive& archive, T& i) {
   all_of<PlanInitial>(archive, i.p_WB, i.v_WB, i.q_WB, i.w_B, i.q, i.q_dot, i.joints);
 }
 
-template <typename Archive, Is<PlanBudget> T>
-void fields(Archive& archive, T& b) {
-  all_of<PlanBudget>(archive, b.horizon, b.horizon_ticks, b.shadows);
-}
-
 template <typename Archive, Is<CommandLimits> T>
 void fields(Archive& archive, T& l) {
   all_of<CommandLimits>(archive, l.max_age, l.sender_share, l.max_hold);
-}
-
-template <typename Archive, Is<PlanUnmodelledBodies> T>
-void fields(Archive& archive, T& b) {
-  all_of<PlanUnmodelledBodies>(archive, b.push_rows, b.inner_load, b.unquantified_factor, b.load_sizes);
-}
-
-template <typename Archive, Is<PlanNamed> T>
-void fields(Archive& archive, T& u) {
-  all_of<PlanNamed>(archive, u.links, u.left_out, u.left_out_frequency);
-}
-
-template <typename Archive, Is<PlanUnmodelled> T>
-void fields(Archive& archive, T& n) {
-  all_of<PlanUnmodelled>(archive, n.is_known, n.is_rigid, n.has_unquantified, n.lacks_modes, n.tolerance,
-                         n.fast_loads, n.num_judged, n.pairs, n.load_rows, n.rate_rows, n.spin_rows,
-                         n.coriolis_rows, n.coriolis_transfer, n.spin_loads, n.spin_left_out, n.root_quartic,
-                         n.num_shadowed, n.left_out, n.inertia_rows, n.load_arms, n.shadow_rows,
-                         n.left_out_rows, n.left_out_spin, n.bodies, n.quartic_forms, n.gyroscopic,
-                         n.error_per_force, n.named, n.stiffened_rows);
 }
 
 template <typename Archive, Is<PlanFrame> T>
@@ -362,7 +348,7 @@ void fields(Archive& archive, T& s) {
 
 template <typename Archive, Is<PlanError> T>
 void fields(Archive& archive, T& e) {
-  all_of<PlanError>(archive, e.unmodelled, e.fallback_unmodelled, e.budget);
+  all_of<PlanError>(archive, e.verdict);
 }
 
 template <typename Archive, Is<PlanReport> T>
@@ -564,7 +550,7 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
                   (reader.num_left() == 1 ? " byte belongs" : " bytes belong") +
                   " to no field; compile the scene again");
   set_principal(*plan);
-  for (PlanShadow& shadow : plan->budget.shadows) set_principal(shadow.plan);
+  for (PlanShadow& shadow : plan->verdict.shadows) set_principal(shadow.plan);
   if (const std::string why = find_inconsistency(*plan); !why.empty())
     return refuse("the plan is inconsistent, because " + why + "; compile the scene again");
   return plan;

@@ -468,13 +468,7 @@ std::string find_in_report(const PlanReport& report) {
 
 std::string find_in_fallback(const Plan& plan) {
   if (std::string why = PlanCheck(plan).find_in_fallback(); !why.empty()) return why;
-  if (plan.fallback_unmodelled.size() != plan.fallback.size())
-    return "the fallback plan does not have one set of tables for the verdict";
-  if (plan.fallback.empty()) return {};
-  if (!plan.budget.shadows.empty()) return "the plan has both an error budget and a fallback plan";
-  const std::string why =
-      find_unmodelled_inconsistency(plan.fallback.front(), plan.fallback_unmodelled.front());
-  return why.empty() ? why : "in its fallback plan " + why;
+  return {};
 }
 
 }  // namespace
@@ -485,8 +479,7 @@ std::string find_inconsistency(const Plan& plan) {
   if (std::string why = find_own_inconsistency(plan); !why.empty()) return why;
   if (std::string why = find_in_service(plan); !why.empty()) return why;
   if (std::string why = find_in_report(plan); !why.empty()) return why;
-  if (std::string why = find_unmodelled_inconsistency(plan, plan.unmodelled); !why.empty()) return why;
-  if (std::string why = find_budget_inconsistency(plan); !why.empty()) return why;
+  if (std::string why = find_verdict_inconsistency(plan); !why.empty()) return why;
   return find_in_fallback(plan);
 }
 

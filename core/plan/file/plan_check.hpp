@@ -48,13 +48,8 @@ std::string find_rung_inconsistency(const StepPlan& plan);
 /// consistent
 std::string find_link_inconsistency(const StepPlan& plan);
 
-/// Returns what is wrong with the tables for the verdict on the motion of a plan. If the tables are
-/// consistent, the text is empty. (unmodelled_check.cpp)
-/// \pre modes and histories are consistent
-std::string find_unmodelled_inconsistency(const StepPlan& plan, const PlanUnmodelled& unmodelled);
-
-/// Returns what is wrong with the shadows of a consistent plan. If the shadows are consistent, the text is
-/// empty. (rungs_check.cpp)
-std::string find_budget_inconsistency(const Plan& plan);
+/// Returns what is wrong with the tables for the verdict of a consistent plan. If they are consistent, the
+/// text is empty. (rungs_check.cpp)
+std::string find_verdict_inconsistency(const Plan& plan);
 
 }  // namespace freeflex

@@ -61,6 +61,18 @@ bool has_points(const StepPlan& plan, const PlanTurningBody& body) {
   return is_point(body.first) && is_point(body.first + body.count - 1);
 }
 
+// Returns whether find_ball_joints() may read the points of turning bodies.
+bool name_points(const PlanTurning& turning) {
+  const auto is_inside = [&](const PlanTurningBody& body) {
+    return body.count == 0 || (body.first >= 0 && body.count > 0 &&
+                               std::int64_t{body.first} + body.count <= std::ssize(turning.points));
+  };
+  const auto is_point = [&](std::int32_t point) {
+    return point >= 0 && index(point) < turning.of_points.size();
+  };
+  return std::ranges::all_of(turning.bodies, is_inside) && std::ranges::all_of(turning.points, is_point);
+}
+
 std::string find_in_kinetics(const StepPlan& plan) {
   using Form = PlanKinetics::Form;
   const PlanKinetics& kinetics = plan.coupled.kinetics;
@@ -68,6 +80,7 @@ std::string find_in_kinetics(const StepPlan& plan) {
     return "the kinetic energy is of an unknown form";
   const auto num_points = static_cast<std::int64_t>(plan.points.size());
   const PlanTurning& turning = plan.coupled.turning;
+  if (!name_points(turning)) return "a turning body is out of range";
   const std::size_t num_joints = find_ball_joints(plan).size();
   const auto num_in_bodies = static_cast<std::int64_t>(turning.points.size() - num_joints);
   std::int64_t num_massless = 0;
@@ -168,28 +181,44 @@ std::string find_rung_inconsistency(const StepPlan& plan) {
   return find_link_inconsistency(plan);
 }
 
-std::string find_budget_inconsistency(const Plan& plan) {
-  const PlanBudget& budget = plan.budget;
-  if (!std::isfinite(budget.horizon) || budget.horizon < 0.0)
-    return "the horizon of the error budget is out of range";
-  if (budget.shadows.empty()) return {};
-  if (budget.horizon == 0.0 || budget.horizon_ticks < 1) return "an error budget has no horizon";
-  const auto has_every_row = [](const StepPlan& each) {
-    for (std::size_t i = 0; i < each.points.size(); ++i)
-      if (each.points[i].row != static_cast<std::int32_t>(i)) return false;
-    return true;
-  };
-  if (!has_every_row(plan) || budget.shadows.front().kind != PlanShadow::Kind::kBest)
-    return "an error budget lacks the rows of a point, or its first shadow is not the best one";
-  for (const PlanShadow& shadow : budget.shadows) {
-    if (shadow.kind < PlanShadow::Kind::kBest || shadow.kind > PlanShadow::Kind::kFull ||
-        shadow.substeps < 1 || shadow.substeps > kMaxSubsteps ||
-        !std::has_single_bit(static_cast<std::uint32_t>(shadow.substeps)))
-      return "a shadow is of an unknown kind";
+std::string find_verdict_inconsistency(const Plan& plan) {
+  const PlanVerdict& verdict = plan.verdict;
+  const auto is_at_least_zero = [](double value) { return std::isfinite(value) && value >= 0.0; };
+  for (const double value :
+       {verdict.horizon, verdict.share, verdict.longest_step, verdict.tolerance, verdict.lowest_omega})
+    if (!is_at_least_zero(value)) return "a value of the verdict is out of range";
+  if (verdict.shared < SharedError::kNone || verdict.shared > SharedError::kInsideMass)
+    return "the verdict names an unknown error";
+  for (const std::int32_t load : verdict.fast_loads)
+    if (load < 0 || index(load) >= plan.histories.size()) return "a fast load is not a load of the plan";
+  if (verdict.shadows.size() > 1 || (!verdict.shadows.empty() && (verdict.is_off || verdict.share == 0.0)))
+    return "the verdict has more than one shadow, or is off";
+  for (const PlanShadow& shadow : verdict.shadows) {
     if (std::string error = find_own_inconsistency(shadow.plan); !error.empty()) return "shadow: " + error;
-    if (!shadow.plan.fallback.empty() || !has_every_row(shadow.plan) ||
-        shadow.plan.points.size() != plan.points.size() || shadow.plan.groups.size() != plan.groups.size())
+    const double step = plan.period * shadow.ticks / shadow.substeps;
+    if (shadow.ticks < 1 || shadow.substeps < 1 || (shadow.ticks > 1 && shadow.substeps > 1) ||
+        shadow.ticks > PlanShadow::kMostTicks || shadow.substeps > kMaxSubsteps ||
+        shadow.every > PlanShadow::kMostHorizons || shadow.horizon_ticks > PlanShadow::kMostHorizonTicks ||
+        shadow.delay_ticks > 2 * PlanShadow::kMostHorizonTicks ||
+        !(std::abs(shadow.plan.period - step) <= 1e-9 * step) ||
+        (shadow.ticks > 1 && shadow.plan.coupled.num_substeps > 1) || shadow.horizon_ticks < 1 ||
+        shadow.horizon_ticks % shadow.ticks != 0 || shadow.every < 1 || shadow.delay_ticks < 1)
+      return "the steps of the shadow are out of range";
+    if (!shadow.plan.fallback.empty() || !is_coupled(shadow.plan) ||
+        shadow.plan.points.size() != plan.points.size() || shadow.plan.groups.size() != plan.groups.size() ||
+        shadow.plan.wheels.size() != plan.wheels.size() ||
+        shadow.plan.histories.size() != plan.histories.size())
       return "a shadow plan belongs to another structure";
+    for (std::size_t k = 0; k < (plan.fallback.empty() ? 1 : shadow.modes.size()); ++k) {
+      const auto num_modes = index(k == 0 ? plan.num_elastic : plan.fallback.front().num_elastic);
+      const ShadowModes& modes = shadow.modes[k];
+      if (modes.numbers.size() != num_modes || !are_finite(modes.projection) ||
+          (!modes.projection.empty() && modes.projection.size() != num_modes * index(shadow.plan.num_padded)))
+        return "the modes of the shadow are not those of the plan";
+      for (const std::int32_t mode : modes.numbers)
+        if (mode < 0 || (modes.projection.empty() && mode >= shadow.plan.num_elastic))
+          return "a mode of the plan is not a mode of the shadow";
+    }
   }
   return {};
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "core/plan.hpp"
 #include "core/step/command.hpp"
 #include "core/step/state.hpp"
 

@@ -38,7 +38,7 @@ void warn_of_tick_rotations(const Scene& scene, const StepPlan& plan, Faults& fa
                           2.0 * most, " rad, so the verdict will not be good; raise the rate to ",
                           rate * rotation.substep_angle / most, " Hz or more"));
   // [rad] rotation theta at which the error theta^2 / 4 of the displacement due to loads fixed in the world
-  // is 2 % (THEORY X144)
+  // is 2 % (THEORY 15.8)
   constexpr double kStraight = 0.28;
   const double spin = length(plan.initial.w_B) * plan.period, angle = std::max(spin, rotation.orbit);
   if (plan.num_elastic > 0 && angle > kStraight && has_loads_in_world(plan))

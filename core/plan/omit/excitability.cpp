@@ -224,7 +224,6 @@ std::shared_ptr<const Structure> align_modes(const Scene& scene, const Eigen::Ma
       rotate_columns(alignment, first, force.rows);
       rotate_columns(alignment, first, force.rate_rows);
     }
-    rotate_prestress(alignment, cluster.first, structure.prestress);
     for (LoadStiffness& stiffness : structure.load_stiffness)
       rotate_load_stiffness(alignment, cluster.first, stiffness);
     const Eigen::VectorXd squares =

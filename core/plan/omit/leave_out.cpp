@@ -232,7 +232,6 @@ bool leave_out_small_modes(const Scene& scene, const Plan& plan, ReducedSpec& re
   SmallModes small = find_small_modes(scene, *few, reduced.motion, plan, tolerance);
   if (is_kept) small.feature.why = "told to stay";
   reduced.horizon = small.horizon;
-  reduced.small_size = small.size;
   reduced.features[static_cast<std::size_t>(Feature::kSmallModes)] = small.feature;
   if (!small.feature.is_left_out) return false;
   std::vector<int> kept;

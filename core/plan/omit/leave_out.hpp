@@ -23,7 +23,6 @@ struct ReducedSpec {
   MotionScope motion;                 // possible motions; includes those due to commands if on_need is keep
   std::vector<PlanFeature> features;  // by Feature
   double horizon = 0.0;               // [s] horizon of the estimated errors of omitting small modes
-  double small_size = 0.0;            // [m] rms displacement of the omitted small modes
 };
 
 /// Returns true for a scene of point masses on the rung `separated` or `spin-loaded`. Plans of such scenes

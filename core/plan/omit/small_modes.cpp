@@ -304,7 +304,6 @@ SmallModes find_small_modes(const Scene& scene, const Structure& structure, cons
   small.feature.why = join_text("together at most ", tolerance,
                                 " of the displacements of the points that are read or pushed");
   choice.report_errors(structure, left_out, small.feature);
-  small.size = choice.peaks().amplitude(left_out).norm();
   return small;
 }
 

@@ -14,9 +14,6 @@ namespace freeflex {
 struct SmallModes {
   std::vector<int> kept;  // ascending
   PlanFeature feature;
-  // [m] bound of the displacement that the omitted modes make under built-in loads, rms over all points,
-  // weighted by mass
-  double size = 0.0;
   double horizon = 0.0;  // [s] time over which the plan was stepped under built-in loads
 };
 

@@ -7,13 +7,12 @@
 #include "core/motion.hpp"
 #include "core/plan/check_motion.hpp"
 #include "core/plan/compile.hpp"
-#include "core/plan/rungs/budget.hpp"
-#include "core/plan/rungs/rates.hpp"
+#include "core/plan/rungs/shadow.hpp"
 
 namespace freeflex {
 namespace {
 
-// The largest number of substeps in a run that tries a rung. A run of this length takes a few seconds with 20
+// The largest number of ticks in a run that tries a rung. A run of this length takes a few seconds with 20
 // points.
 constexpr std::int64_t kMostTicksTried = 200'000;
 
@@ -21,26 +20,25 @@ bool is_within(double error, const std::optional<double>& tolerance) {
   return !tolerance || error <= *tolerance;
 }
 
-// Returns the plan of a rung, with the best rung as its shadow. If there is an error, returns nullopt.
+// Returns the plan of a rung, with its shadow. If there is an error, returns nullopt.
 std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, Fidelity rung,
                                 Faults& faults) {
-  PlanSpec spec = unpublished_spec(scene, structure, rung, 1);
-  spec.is_judged = true;
   Faults own;  // warnings of a rung that is not chosen are not reported
-  std::optional<Plan> plan = compile(scene, structure, spec, own);
+  std::optional<Plan> plan = compile(scene, structure, full_spec(scene, structure, rung), own);
   if (plan) check_motion(scene, structure, *plan, own);
   if (has_error(own)) {
     faults.insert(faults.end(), own.begin(), own.end());
     return std::nullopt;
   }
-  // The horizon of the budget is longer than the run. The shadow therefore starts only once, and errors grow
+  // The horizon of the verdict is longer than the run. The shadow therefore starts only once, and errors grow
   // from the start of the run.
-  set_horizon(2.0 * scene.automatic->horizon, *plan);
-  const std::int32_t substeps = resolving_substeps(frequencies_of(structure), plan->period);
-  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, best_rung_beside(rung, structure), substeps,
-                  *plan, faults))
-    return std::nullopt;
-  return plan;
+  Scene judged = scene;
+  judged.verdict = {.horizon = 2.0 * scene.automatic->horizon};
+  compile_verdict(judged, structure, structure, *plan);
+  if (!plan->verdict.shadows.empty()) return plan;
+  add_error(faults, scene.automatic->origin,
+            join_text("fidelity: auto: ", plan->verdict.shared_text, "; set a rung instead of auto"));
+  return std::nullopt;
 }
 
 struct Tried {
@@ -55,26 +53,25 @@ Tried try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Fa
   result.rung = rung;
   const std::optional<Plan> plan = plan_to_try(scene, structure, rung, faults);
   if (!plan) return tried;
-  // The verdict judges only the terms that the rung neglects. The distance from the best rung, which the
-  // budget holds, is compared with the tolerances below.
-  Motion motion(*plan, {.verdict_uses_budget = false});
+  Motion motion(*plan);
   const std::int64_t ticks = std::max<std::int64_t>(1, std::llround(scene.automatic->horizon / plan->period));
-  for (std::int64_t k = 1, sample = 1; k <= ticks; ++k) {
-    if (motion.advance().status != StepStatus::kOk || motion.has_lost_reference()) return tried;
-    if (k * kRungSamples < sample * ticks) continue;
-    ++sample;
-    const ErrorSize error = motion.read_budget().total;
-    result.position = std::max(result.position, error.position);
-    result.attitude = std::max(result.attitude, error.attitude);
-    result.elastic = std::max(result.elastic, error.elastic);
+  double peak = 0.0;
+  for (std::int64_t k = 1; k <= ticks; ++k) {
+    if (motion.advance().status != StepStatus::kOk) return tried;
+    const Verdict& verdict = motion.verdict();
+    if (verdict.cause == Verdict::Cause::kLost) return tried;
+    result.position = std::max(result.position, verdict.error.position);
+    result.attitude = std::max(result.attitude, verdict.error.attitude);
+    result.elastic = std::max(result.elastic, verdict.error.deformation);
+    peak = std::max(peak, verdict.displacement_now + verdict.error.deformation);
   }
+  if (result.elastic > 0.0) result.elastic /= peak;
   result.is_finite = std::isfinite(result.position) && std::isfinite(result.elastic);
   const AutomaticRung& asked = *scene.automatic;
   tried.level = motion.worst().level;
   tried.why = text_of(*plan, motion.worst());
-  result.meets = result.is_finite && tried.level != Verdict::Level::kOutside &&
-                 is_within(result.position, asked.position) && is_within(result.attitude, asked.attitude) &&
-                 is_within(result.elastic, asked.elastic);
+  result.meets = result.is_finite && is_within(result.position, asked.position) &&
+                 is_within(result.attitude, asked.attitude) && is_within(result.elastic, asked.elastic);
   return tried;
 }
 
@@ -101,32 +98,27 @@ std::string find_untried_rate(const Plan& plan, double rate) {
 
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
                                     std::vector<PlanRung>& tried, Faults& faults) {
-  const std::int32_t substeps = resolving_substeps(frequencies_of(structure), 1.0 / scene.rate);
-  const double rate = scene.rate * substeps, most = static_cast<double>(kMostTicksTried);
-  if (scene.automatic->horizon * rate > most) {
-    const std::string in_parts = substeps > 1 ? join_text(" of ", substeps, " substeps each, ",
-                                                          scene.automatic->horizon * rate, " substeps in all")
-                                              : "";
+  const double most = static_cast<double>(kMostTicksTried);
+  if (scene.automatic->horizon * scene.rate > most) {
     add_error(faults, scene.automatic->origin,
               join_text("tolerance: the horizon of ", scene.automatic->horizon, " s has ",
-                        scene.automatic->horizon * scene.rate, " ticks", in_parts, ", but at most ",
-                        kMostTicksTried, " are simulated to choose a rung; set a horizon of ", most / rate,
+                        scene.automatic->horizon * scene.rate, " ticks, but at most ", kMostTicksTried,
+                        " are simulated to choose a rung; set a horizon of ", most / scene.rate,
                         " s or less, or a rung instead of auto"));
     return std::nullopt;
   }
-  warn_of_best_rung(structure, "fidelity: auto", scene.automatic->origin, faults);
   std::vector<Tried> all;
   for (const RungTraits& each : kRungs) {
-    if (!each.is_tried || !carries(each.rung, structure)) continue;
+    if (!each.is_tried) continue;
     all.push_back(try_rung(scene, structure, each.rung, faults));
     tried.push_back(all.back().rung);
     if (has_error(faults)) return std::nullopt;
     if (!tried.back().meets) continue;
-    if (all.back().level == Verdict::Level::kWatch)
+    if (all.back().level != Verdict::Level::kGood)
       add_warning(faults, scene.automatic->origin,
                   join_text("fidelity: auto chose ", name_of(each.rung),
-                            ", whose estimated error meets the tolerance but whose verdict is watch (",
-                            all.back().why, ")"));
+                            ", whose estimated error meets the tolerance but whose verdict is ",
+                            name_of(all.back().level), " (", all.back().why, ")"));
     return each.rung;
   }
   add_error(

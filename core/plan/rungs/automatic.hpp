@@ -9,15 +9,14 @@
 
 namespace freeflex {
 
-/// Number of equally spaced times in a horizon at which the estimated errors are compared with the
-/// tolerances.
+/// Number of equally spaced times at which the verification report samples a trial run.
 inline constexpr int kRungSamples = 16;
 
-/// Returns the cheapest rung whose verdict is never `outside` and whose estimated errors stay within the
-/// tolerances of scene.automatic: estimate(t_k) <= tolerance at t_k = k T_h / 16, k = 1 to 16
-/// (THEORY 12.28). `tried` receives the rungs that were tried. The last of these is the chosen rung. If no
-/// rung meets these conditions, returns nullopt and adds an error at the origin of the tolerance. The cost is
-/// up to five runs over the horizon. In each run, the best rung is stepped in parallel.
+/// Returns the cheapest rung whose estimated errors stay within the tolerances of scene.automatic at every
+/// tick of its horizon that is judged   (THEORY 12.28). If its verdict is not `good`, adds a warning. `tried`
+/// receives the rungs that were tried. The last of these is the chosen rung. If no rung meets the tolerances,
+/// returns nullopt and adds an error at the origin of the tolerance. The cost is up to five runs over the
+/// horizon, each with its shadow.
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
                                     std::vector<PlanRung>& tried, Faults& faults);
 

@@ -6,46 +6,13 @@
 #include <numbers>
 
 #include "core/faults.hpp"
-#include "core/plan/loads/fast_loads.hpp"
 #include "core/plan/loads/histories.hpp"
 #include "core/plan/modes/modal_coupling.hpp"
 #include "core/plan/modes/propagator.hpp"
 #include "core/plan/rungs/rungs.hpp"
+#include "core/plan/rungs/shadow.hpp"
 
 namespace freeflex {
-namespace {
-
-// [rad] The largest phase of a mode in a substep of a shadow that resolves the mode. With this limit,
-// estimates are 1.25 times the true error (budget_test).
-constexpr double kSubstepPhase = 1.0;
-// [1/s] Largest number of substeps per second of simulated time for up to kFewModes modes. A substep then
-// takes some 15 us. With more modes the limit is lower, because a substep costs more.
-constexpr double kMaxSubstepRate = 16384.0, kFewModes = 64.0;
-
-}  // namespace
-
-std::int32_t resolving_substeps(std::span<const double> omega, double period) {
-  const double crowd = std::max(1.0, static_cast<double>(omega.size()) / kFewModes);
-  const double most =
-      std::clamp(kMaxSubstepRate / (crowd * crowd) * period, 1.0, static_cast<double>(kMaxSubsteps));
-  std::int32_t substeps = 1;
-  while (2 * substeps <= most) substeps *= 2;
-  double phase = 0.0, fastest = 0.0;
-  for (const double each : omega) {
-    fastest = std::max(fastest, each * period);
-    if (each * period <= kSubstepPhase * substeps) phase = std::max(phase, each * period);
-  }
-  while (substeps > 1 && phase <= 0.5 * kSubstepPhase * substeps && fastest <= 0.5 * kMaxBarPhase * substeps)
-    substeps /= 2;
-  return substeps;
-}
-std::int32_t shadow_substeps(PlanShadow::Kind kind, Fidelity rung, std::int32_t substeps) {
-  if (kind == PlanShadow::Kind::kFull) return 1;
-  if (traits_of(rung).divides_tick) return 2;  // true: the rung divides its own tick
-  const bool is_halved = kind == PlanShadow::Kind::kFine || traits_of(rung).couples;
-  return std::max(substeps, is_halved ? 2 : 1);
-}
-
 std::int64_t horizon_in_ticks(double horizon, double period) {
   constexpr double kForever = 1e15;  // far within 64 bits, also when multiplied by the number of substeps
   return std::max<std::int64_t>(1, std::llround(std::min(horizon / period, kForever)));
@@ -78,21 +45,7 @@ void set_rate(StepPlan& plan, double rate) {
 
 void set_rate(Plan& plan, double rate) {
   set_rate(static_cast<StepPlan&>(plan), rate);
-  const auto update = [](const StepPlan& stepped, PlanUnmodelled& unmodelled) {
-    if (unmodelled.is_known) unmodelled.fast_loads = find_fast_loads(stepped);
-  };
-  update(plan, plan.unmodelled);
-  for (std::size_t k = 0; k < plan.fallback.size(); ++k)
-    update(plan.fallback[k], plan.fallback_unmodelled[k]);
-  PlanBudget& budget = plan.budget;
-  if (budget.shadows.empty()) return;
-  const StepPlan& best = budget.shadows.front().plan;
-  const std::int32_t substeps = resolving_substeps({best.omega.data(), index(best.num_elastic)}, plan.period);
-  for (PlanShadow& shadow : budget.shadows) {
-    shadow.substeps = shadow_substeps(shadow.kind, plan.fidelity, substeps);
-    set_own_rate(shadow.plan, shadow.substeps / plan.period);
-  }
-  budget.horizon_ticks = horizon_in_ticks(budget.horizon, plan.period);
+  set_shadow_rate(plan);
 }
 
 std::string find_fast_modes(const Plan& plan) {

@@ -145,26 +145,7 @@ Eigen::MatrixXd second_order(const RotatingBody& body, int a, int b) {
          body.arms(a, b) * (body.theta.transpose() * body.theta);
 }
 
-namespace {
-
-// returns D_kl, symmetric
-Eigen::Matrix3d arm_operator(const RotatingBody& body, Eigen::Index k, Eigen::Index l) {
-  const Eigen::Vector3d theta = body.theta.col(k), other = body.theta.col(l);
-  const Eigen::Matrix3d outer = theta * other.transpose();
-  return 0.5 * (outer + outer.transpose()) - theta.dot(other) * Eigen::Matrix3d::Identity();
-}
-
-}  // namespace
-
-Eigen::Matrix3d second_order_of_pair(const RotatingBody& body, Eigen::Index k, Eigen::Index l) {
-  return body.arms * arm_operator(body, k, l);
-}
-
-// returns sum m g_kl, which the stiffness due to acceleration contains: a_B . sum m g_lu + w' . G_lu
-// (THEORY 12.56)
-Eigen::Vector3d moved_centre(const RotatingBody& body, Eigen::Index k, Eigen::Index l) {
-  return arm_operator(body, k, l) * body.arm;
-}
+namespace {}  // namespace
 
 Eigen::Matrix3d field_moments(const Structure& structure, Eigen::Index mode) {
   Eigen::Matrix3d Y = Eigen::Matrix3d::Zero();
@@ -179,23 +160,6 @@ Eigen::Matrix3d field_moments(const Structure& structure, Eigen::Index mode) {
              .finished();
   }
   return Y;
-}
-
-Eigen::Matrix3d displacement_moments(const Structure& structure, const std::vector<RotatingBody>& bodies,
-                                     int l, int u) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  const Particles& particles = structure.particles;
-  const Eigen::MatrixXd& shapes = particle_shapes(structure);
-  for (Eigen::Index i = 0; i < particles.mass.size(); ++i) {
-    const double share = particles.mass[i] / structure.mass_properties.mass;
-    const Eigen::Vector3d b = shapes.block<3, 1>(3 * i, l), c = shapes.block<3, 1>(3 * i, u);
-    sum += 0.5 * share * (b * c.transpose() + c * b.transpose());
-  }
-  for (const RotatingBody& body : bodies) {
-    const Eigen::Matrix3d second_order = second_order_of_pair(body, l, u) / structure.mass_properties.mass;
-    sum += 0.5 * (second_order + second_order.transpose());
-  }
-  return sum;
 }
 
 }  // namespace freeflex

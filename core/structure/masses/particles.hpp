@@ -49,17 +49,7 @@ std::vector<RotatingBody> rotating_bodies(const Scene& scene, const Structure& s
 /// Returns the field moments Y_l,ab = sum m r_a b_l,b of a mode, symmetric   (THEORY 8.15).
 Eigen::Matrix3d field_moments(const Structure& structure, Eigen::Index mode);
 
-/// Returns the symmetric part of sum m b_l b_u^T / M, including the second-order displacement due to the
-/// rotation of bodies, sum m r g_lu / M   (THEORY 12.46).
-Eigen::Matrix3d displacement_moments(const Structure& structure, const std::vector<RotatingBody>& bodies,
-                                     int l, int u);
-
 /// Returns sum m r_a g_kl,b over the particles of a body for all pairs of modes k and l (n x n), where a and
 /// b are axes. The tables G_kl and Z_kl contain this sum   (THEORY 12.46 to 12.48).
 Eigen::MatrixXd second_order(const RotatingBody& body, int a, int b);
-/// Returns sum m r_a g_kl,b for one pair of modes and all axes, in row a and column b.
-Eigen::Matrix3d second_order_of_pair(const RotatingBody& body, Eigen::Index k, Eigen::Index l);
-/// Returns sum m g_kl [kg] over the particles of a body   (THEORY 12.56).
-Eigen::Vector3d moved_centre(const RotatingBody& body, Eigen::Index k, Eigen::Index l);
-
 }  // namespace freeflex

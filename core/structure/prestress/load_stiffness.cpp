@@ -157,7 +157,7 @@ class LinkMotions {
           row.root_stiffness * row.root_stiffness * local_->deformation(row).tail(motion.forces.cols());
     }
     if (!traits_of(link).is_axial) return add_bent(at, link, motion, sums);
-    // h = (d . d - (u . d)^2) / L   (THEORY 16.46)
+    // h = (d . d - (u . d)^2) / L   (THEORY 8.54)
     const Vector3d span = span_of(scene_, link), u = span.stableNormalized();
     set_motions(
         3, [&](int mode) { return local_->displacements(link, mode).col(1).eval(); }, motion);

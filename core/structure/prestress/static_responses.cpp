@@ -91,9 +91,8 @@ std::vector<ReferenceLoad> command_components(const Scene& scene) {
 std::vector<ReferenceLoad> reference_loads(const Scene& scene, bool is_large) {
   std::vector<ReferenceLoad> all;
   const RungTraits& rung = traits_of(scene.fidelity);
-  // the error budget and `fidelity: auto` use the rung `coupled` where others are not possible
-  const bool may_couple =
-      (rung.couples && !rung.has_true_geometry) || scene.automatic || scene.error_budget.horizon > 0.0;
+  // `fidelity: auto` uses the rung `coupled` where others are not possible
+  const bool may_couple = (rung.couples && !rung.has_true_geometry) || scene.automatic.has_value();
   const bool is_full = !is_large || may_couple;
   if (is_full)
     for (int component = 0; component < 6; ++component) all.push_back({Kind::kField, -1, component});

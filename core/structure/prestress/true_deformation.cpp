@@ -132,7 +132,7 @@ double TrueLink::elongation(const Eigen::Vector3d& d) const {
 
 // A corotational beam. The rotations of the ends against the chord, and its axes half way between the ends,
 // are those of (THEORY 12.60, 12.61). The bow shortens the chord: e_1 = |l| - L + L (2 a^2 - a b + 2 b^2) /
-// 30 in each plane, where a and b are the rotations of the ends   (THEORY X140).
+// 30 in each plane, where a and b are the rotations of the ends   (THEORY 8.54).
 Eigen::VectorXd TrueLink::of_beam(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
                                   const Eigen::Matrix3Xd& own) const {
   const Eigen::Vector3d d = V.col(1) - V.col(0), span = rest_.col(1), chord = (span + d).normalized();
@@ -181,7 +181,7 @@ Eigen::VectorXd TrueLink::of_torsion(const Eigen::Matrix3Xd& V) const {
 }
 
 // Local axes rotate with the triangle. Their rotation consists of the rotation of the plane and the polar
-// rotation within the plane (THEORY X140).
+// rotation within the plane (THEORY 8.54).
 Eigen::VectorXd TrueLink::of_plate(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta) const {
   const Eigen::Matrix3Xd x = rest_ + V;
   const Eigen::Vector3d to_second = x.col(1) - x.col(0), to_third = x.col(2) - x.col(0);

@@ -8,7 +8,7 @@
 
 namespace freeflex {
 
-/// A link whose points and joints have displacements of any size   (THEORY X140).
+/// A link whose points and joints have displacements of any size   (THEORY 8.54).
 class TrueLink {
  public:
   /// \pre the link is neither a rigid link nor a matrix link

@@ -1,4 +1,4 @@
-// Reads the rung of the fidelity ladder and the error budget.
+// Reads the rung of the fidelity ladder, and how the motion is judged.
 #include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
@@ -49,10 +49,20 @@ void SceneReader::read_fidelity(const Fields& scene) {
                   "tolerance: no error is given; give position [m], attitude [rad] or elastic (fraction)");
 }
 
-void SceneReader::read_error_budget(const Node& node) {
-  const Fields fields(report_, node, "error_budget", sections::kErrorBudget);
-  scene_.error_budget.origin = node.origin;
-  fields.read("horizon", scene_.error_budget.horizon);
+void SceneReader::read_verdict(const Node& node) {
+  scene_.verdict.origin = node.origin;
+  scene_.verdict.is_off = node.kind == Node::Kind::kText && node.text == "off";
+  if (scene_.verdict.is_off) return;
+  if (node.kind != Node::Kind::kMapping) {
+    report_.error(node.origin, "verdict is " + describe(node) +
+                                   ", but must be off or a mapping of horizon, step, share; leave it out to "
+                                   "judge the motion with the defaults");
+    return;
+  }
+  const Fields fields(report_, node, "verdict", sections::kVerdict);
+  fields.read("horizon", scene_.verdict.horizon);
+  fields.read("share", scene_.verdict.share);
+  fields.read("step", scene_.verdict.step);
 }
 
 }  // namespace freeflex::io::reader

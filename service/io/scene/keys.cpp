@@ -28,6 +28,7 @@ constexpr Quantity kCount{"-", Bound::kNonNegative};
 constexpr Quantity kRatio{"-", Bound::kNonNegative};
 constexpr Quantity kAngleStiffness{"N m/rad", Bound::kPositive};
 constexpr Quantity kHorizon{"s", Bound::kPositive};
+constexpr Quantity kShare{"-", Bound::kShare};
 constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
 constexpr Quantity kForce{"N"};
 constexpr Quantity kTorque{"N m"};
@@ -68,6 +69,11 @@ Key mapping(std::string_view name, const Section& section, std::string_view abou
   Key made = key(name, Form::kSection, about);
   made.sections = {&section};
   return made;
+}
+// the word off may stand in place of the mapping
+Key or_off(Key key) {
+  key.words = {"off"};
+  return key;
 }
 Key items(std::string_view name, std::vector<const Section*> of, std::string_view about,
           std::string_view example) {
@@ -168,10 +174,17 @@ const Section kTolerance{
      number("horizon", kHorizon,
             "With fidelity auto, required: time over which the errors must stay within these limits.")}};
 
-const Section kErrorBudget{
-    "error_budget",
-    {required(number("horizon", kHorizon,
-                     "After each horizon, the more accurate equations restart from the state."))},
+const Section kVerdict{
+    "verdict",
+    {number("horizon", kHorizon,
+            "Length of a horizon. If the better plan would take more than its share, one horizon in several "
+            "is judged; default 10, or 2 if not all horizons are judged."),
+     number("step", {"s", Bound::kMicrosecond},
+            "Longest step of the better plan; default 10 ms, or 0.03 over the lowest frequency in rad/s if "
+            "that is less."),
+     number("share", kShare,
+            "Share of a processor that the better plan may take; if it would take more, its steps are longer "
+            "or one horizon in several is judged; default 0.2.")},
     "horizon"};
 
 const Section kPoint{
@@ -447,8 +460,9 @@ const Section kScene{
            "tolerance; default separated."),
      mapping("tolerance", kTolerance,
              "The scale of the verdict and, with fidelity auto, the allowed errors."),
-     mapping("error_budget", kErrorBudget,
-             "The live error budget: more accurate equations run in parallel with the state."),
+     or_off(mapping("verdict", kVerdict,
+                    "How the motion is judged, by its distance from the same motion on a better plan; or the "
+                    "word off.")),
      required(items(
          "points", {&kPointTable, &kPoint}, "Point masses and bodies.",
          R"([{"name": "hub", "mass": 40, "at": [0, 0, 0]}, {"name": "tip", "mass": 2, "at": [3, 0, 0]}])")),
@@ -474,7 +488,13 @@ const Section kScene{
              "Elastic modes that are set up, by below or by count. Default: all, or, if the scene has more "
              "than 1235 points, the modes below half the rate, at most 300."),
      mapping("publish", kPublish, "Data that are published, and their rates."),
-     mapping("commands", kCommands, "Limits of commands.")}};
+     mapping("commands", kCommands, "Limits of commands.")},
+    {},
+    {},
+    {{"error_budget",
+      "has become verdict, the distance from the same motion on a better plan, which is computed without "
+      "this "
+      "key too; remove the key, or write verdict: {horizon: S}"}}};
 
 }  // namespace sections
 }  // namespace freeflex::io::reader

@@ -23,7 +23,7 @@ enum class Form {
   kText,       // the name of a file, or other text
   kWord,       // one of `words`
   kWords,      // one of `words`, or a list of them
-  kSection,    // a mapping with the keys of sections[0]
+  kSection,    // a mapping with the keys of sections[0], or one of `words`, if there are any
   kItems,      // a list of mappings, each with the keys of one of `sections`; or a single such mapping
 };
 
@@ -104,7 +104,7 @@ inline constexpr LossRefusal kDashpotLosses{
 
 /// The sections of a scene. The root is kScene.
 namespace sections {
-extern const Section kScene, kTolerance, kErrorBudget, kPoint, kPointTable, kLinkTable, kRelease, kDamping,
+extern const Section kScene, kTolerance, kVerdict, kPoint, kPointTable, kLinkTable, kRelease, kDamping,
     kRayleigh, kAttractor, kInitial, kInitialPoint, kInitialMode, kWheel, kLoad, kWrench, kPulse, kSine,
     kTable, kFeedback, kLeaveOut, kModes, kPublish, kPublishedPoints, kPublishedLoads, kCommands;
 /// One section for each kind of link. The name of a section is the key that gives the kind.

@@ -106,7 +106,7 @@ class SceneReader {
 
   // fidelity.cpp
   void read_fidelity(const Fields& scene);
-  void read_error_budget(const Node& node);
+  void read_verdict(const Node& node);
 
   // feedback.cpp
   void read_feedbacks(const Node& node);

@@ -87,6 +87,16 @@ Json items_schema(const Key& key) {
   return one_or_list(key.sections.size() == 1 ? reference(key.sections[0]->name) : item);
 }
 
+Json section_schema(const Key& key) {
+  if (key.words.empty()) return schema_of(*key.sections[0]);
+  Json words = Json::array();
+  for (const std::string_view word : key.words) {
+    words.push_back(word);
+    if (word == "off") words.push_back(false);  // as some readers of YAML read it
+  }
+  return {{"anyOf", {schema_of(*key.sections[0]), {{"enum", words}}}}};
+}
+
 Json value_schema(const Key& key) {
   switch (key.form) {
     case Form::kNumber:
@@ -108,7 +118,7 @@ Json value_schema(const Key& key) {
     case Form::kWords:
       return words_schema(key);
     case Form::kSection:
-      return schema_of(*key.sections[0]);
+      return section_schema(key);
     case Form::kItems:
       return items_schema(key);
   }

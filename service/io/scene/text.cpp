@@ -257,6 +257,8 @@ Range range_of(Bound bound) {
   range.has_least = bound != Bound::kPositive;
   if (bound == Bound::kPoissonRatio) range = {-1.0, 0.5, false, false};
   if (bound == Bound::kTickRate) range = {kLeastRate, kMostRate};
+  if (bound == Bound::kShare) range = {1e-3, 1.0};
+  if (bound == Bound::kMicrosecond) range.least = 1e-6;
   return range;
 }
 
@@ -266,6 +268,8 @@ std::string describe(const Quantity& quantity) {
   if (quantity.bound == Bound::kNonNegative) text += " >= 0";
   if (quantity.bound == Bound::kPoissonRatio) text += " > -1 and < 0.5";
   if (quantity.bound == Bound::kTickRate) text += " from 0.001 to 1000000";
+  if (quantity.bound == Bound::kShare) text += " from 0.001 to 1";
+  if (quantity.bound == Bound::kMicrosecond) text += " >= 1e-6";
   if (quantity.unit != "-") text += " [" + std::string(quantity.unit) + "]";
   return text;
 }

@@ -26,11 +26,12 @@ from freeflex.description import Scene
 from freeflex.keys import Key
 from freeflex.log import LogError, events
 from freeflex.messages import TYPES
-from freeflex.plan import Motion, Plan
+from freeflex.plan import Motion, Plan, explain
 from freeflex.state import Busy, State, StepError
 from freeflex.version import __version__
 
 globals().update(TYPES)
 
 __all__ = ["Bus", "Busy", "Daemon", "DecodeError", "Gone", "Key", "LogError", "Message", "Motion", "Plan", "Rejected",
-           "Scene", "State", "StepError", "__version__", "connect", "control", "events", "log", "messages", *TYPES]
+           "Scene", "State", "StepError", "__version__", "connect", "control", "events", "explain", "log",
+           "messages", *TYPES]

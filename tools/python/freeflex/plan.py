@@ -11,7 +11,7 @@ from freeflex.scene import check_kind, index_in, indices_of
 from freeflex.state import BodyState, Busy, GroupPose, PointState, Push, State, StepError, vector, whole
 
 #: levels of a verdict: how far a motion can be trusted
-LEVELS = ("good", "watch", "outside")
+LEVELS = ("good", "watch", "outside", "not judged")
 
 _POINT, _LINK, _GROUP, _WHEEL, _MODE = range(5)
 _KINDS = {"point": _POINT, "link": _LINK, "group": _GROUP, "wheel": _WHEEL}
@@ -21,8 +21,13 @@ _LONGEST = 4096  # largest number of values of a link
 _PIECE = 10000  # largest number of ticks in one call of the C library
 
 #: level: one of LEVELS; cause; error, scale: the estimated error of the displacements and the scale it is compared with
-#[m]
+#[m]; tick: the last one that was judged
 Verdict = collections.namedtuple("Verdict", "level cause error scale tick")
+#: estimated errors of a motion at `tick`, the last one that was judged (-1: none): position [m], attitude [rad],
+#: deformation [m]; shadow [m]: by how much the motion with which this one is compared may itself be wrong
+Errors = collections.namedtuple("Errors", "tick position attitude deformation shadow")
+#: one effect that a motion lacks: name, largest deformation [m], attitude [rad] and position [m], remedy
+Effect = collections.namedtuple("Effect", "name deformation attitude position remedy")
 #: [J]
 Energy = collections.namedtuple("Energy", "kinetic_rigid kinetic_elastic potential")
 
@@ -48,6 +53,16 @@ class _State(ctypes.Structure):
 class _Verdict(ctypes.Structure):
     _fields_ = [("tick", ctypes.c_int64), ("level", ctypes.c_int32), ("unused", ctypes.c_int32),
                 ("error", ctypes.c_double), ("scale", ctypes.c_double), ("cause", ctypes.c_char * 256)]
+
+
+class _Errors(ctypes.Structure):
+    _fields_ = [("tick", ctypes.c_int64), ("position", ctypes.c_double), ("attitude", ctypes.c_double),
+                ("deformation", ctypes.c_double), ("shadow", ctypes.c_double)]
+
+
+class _Effect(ctypes.Structure):
+    _fields_ = [("name", ctypes.c_char * 64), ("deformation", ctypes.c_double), ("attitude", ctypes.c_double),
+                ("position", ctypes.c_double), ("remedy", ctypes.c_char * 128)]
 
 
 _PROGRESS = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_double)
@@ -80,6 +95,9 @@ def _signatures(c):
         "motion_energy": (None, [motion, doubles]),
         "motion_verdict": (c.c_int, [motion, c.POINTER(_Verdict)]),
         "motion_worst_verdict": (c.c_int, [motion, c.POINTER(_Verdict)]),
+        "motion_errors": (c.c_int, [motion, c.POINTER(_Errors)]),
+        "explain": (c.c_int, [c.c_char_p, c.c_char_p, c.c_char_p, settings, size, c.c_double, c.POINTER(_Effect), size,
+                              c.POINTER(size)]),
     }
 
 
@@ -177,8 +195,8 @@ class Plan:
         self.frequencies = vector(values[:])
 
     def motion(self, with_verdict=False):
-        """Returns a Motion at the initial state. `with_verdict`: the motion computes verdicts on its accuracy, which
-        takes a few microseconds a tick."""
+        """Returns a Motion at the initial state. `with_verdict`: the motion computes verdicts on its accuracy, whose
+        time `freeflex plan` gives."""
         handle = ctypes.c_void_p()
         _check(library().motion_new(self._handle, _WITH_VERDICT if with_verdict else 0, ctypes.byref(handle)))
         return Motion(self, handle)
@@ -341,14 +359,37 @@ class Motion:
         """Returns the worst Verdict since the last reset."""
         return self._verdict(library().motion_worst_verdict)
 
+    @property
+    def errors(self):
+        """Returns the estimated Errors of the motion. StepError: the motion was made without verdicts."""
+        read = _Errors()
+        _check(library().motion_errors(self.handle, ctypes.byref(read)))
+        return Errors(read.tick, read.position, read.attitude, read.deformation, read.shadow)
+
     def _verdict(self, function):
         read = _Verdict()
         _check(function(self.handle, ctypes.byref(read)))
+        # FREEFLEX_NOT_JUDGED is -1, the last of LEVELS
         return Verdict(LEVELS[read.level], read.cause.decode(errors="replace"), read.error, read.scale, read.tick)
 
     def __del__(self):
         if handle := self.__dict__.pop("_handle", None):
             library().motion_free(handle)
+
+
+def explain(source=None, seconds=1.0, *, text=None, folder=None):
+    """Runs a scene without commands for `seconds`, beside better plans of it, and returns the Effects that its motion
+    lacks, the largest deformation first. The scene is given as for Plan. StepError: faults of the scene, or nothing
+    judges its motion."""
+    scene = source if isinstance(source, Scene) else Scene(source, text=text, folder=folder)
+    settings = [_Setting(path.encode(), value.encode()) for path, value in scene.settings.items()]
+    effects, count = (_Effect * 8)(), ctypes.c_size_t()
+    of_text = None if scene.path is not None else scene.text.encode()
+    _check(library().explain(scene.path, of_text, None if scene.path is not None else scene.folder,
+                             (_Setting * len(settings))(*settings), len(settings), seconds, effects, len(effects),
+                             ctypes.byref(count)))
+    return [Effect(each.name.decode(), each.deformation, each.attitude, each.position, each.remedy.decode())
+            for each in effects[:count.value]]
 
 
 def _load(kind, index, force, torque):

@@ -111,22 +111,37 @@ Measure measure_of(const Scene& scene) {
   return measure;
 }
 
-ErrorSize true_error(const Measure& measure, const Plan& plan, const State& state,
-                     const Eigen::Matrix3Xd& truth) {
+/// Returns the root mean square of displacements over the mass [m].
+double rms(const Measure& measure, const Eigen::Matrix3Xd& V) {
+  return std::sqrt((V.colwise().squaredNorm() * measure.mass)(0) / measure.mass.sum());
+}
+
+/// Holds the distance of a state from the true positions.
+struct TrueDistance {
+  double attitude = 0.0;     // [rad]
+  double deformation = 0.0;  // [m] rms over the mass
+  double size = 0.0;         // [m] the true displacements, rms over the mass
+};
+TrueDistance true_distance(const Measure& measure, const Plan& plan, const State& state,
+                           const Eigen::Matrix3Xd& truth) {
   Eigen::Matrix3Xd p(3, truth.cols());
   for (Eigen::Index i = 0; i < p.cols(); ++i) {
     const Vec3 each = read_point(plan, state, static_cast<int>(i)).p_W;
     p.col(i) = Eigen::Vector3d(each[0], each[1], each[2]);
   }
-  ErrorSize error;
-  error.position = (p - truth).norm() / std::sqrt(static_cast<double>(p.cols()));
-  error.elastic = elastic_error(elastic_displacements(measure.mass, measure.rest, p),
-                                elastic_displacements(measure.mass, measure.rest, truth));
-  return error;
+  const auto centred = [&](const Eigen::Matrix3Xd& x) -> Eigen::Matrix3Xd {
+    return x.colwise() - x * measure.mass / measure.mass.sum();
+  };
+  const Eigen::Matrix3Xd r = centred(measure.rest);
+  const Eigen::Matrix3d R = fit_rotation(measure.mass, r, centred(p)),
+                        R_true = fit_rotation(measure.mass, r, centred(truth));
+  const Eigen::Matrix3Xd V_true = elastic_displacements(measure.mass, measure.rest, truth);
+  return {std::sqrt(0.5) * (R - R_true).norm(),
+          rms(measure, elastic_displacements(measure.mass, measure.rest, p) - V_true), rms(measure, V_true)};
 }
 
-/// Returns the largest true elastic error of a rung over the samples. The error is infinite if the rung has
-/// no plan or diverges.
+/// Returns the largest true elastic error of a rung over the samples, over the largest true displacement. The
+/// error is infinite if the rung has no plan or diverges.
 double rung_error(Scene scene, Fidelity rung, const Structure& structure, const Measure& measure,
                   const std::vector<CartesianState>& truth) {
   scene.fidelity = rung;
@@ -135,13 +150,15 @@ double rung_error(Scene scene, Fidelity rung, const Structure& structure, const 
   const auto plan = make_full_plan(scene, structure, scene.fidelity, faults);
   if (!plan) return INFINITY;
   Motion motion(*plan, kMotionAlone);
-  double worst = 0.0;
+  double worst = 0.0, size = 0.0;
   for (const CartesianState& sample : truth) {
     while (motion.time() < sample.time - 0.5 * plan->period)
       if (motion.advance().status != StepStatus::kOk) return INFINITY;
-    worst = std::max(worst, true_error(measure, *plan, motion.state(), sample.p_W).elastic);
+    const TrueDistance distance = true_distance(measure, *plan, motion.state(), sample.p_W);
+    worst = std::max(worst, distance.deformation);
+    size = std::max(size, distance.size);
   }
-  return worst;
+  return worst > 0.0 ? worst / size : 0.0;
 }
 
 void judge_choice(const Scene& given, const Structure& structure, const Measure& measure,
@@ -182,11 +199,12 @@ void judge_estimate(const Scene& scene, const Structure& structure, const Measur
       row.error = "the separated rung diverged";
       return;
     }
-  const BudgetReading reading = motion.read_budget();
-  row.is_lost = reading.is_lost;
-  row.estimate = reading.total;
-  row.truth = true_error(measure, *plan, motion.state(), truth);
   row.verdict = motion.verdict();
+  row.is_lost = row.verdict.cause == Verdict::Cause::kLost;
+  const TrueDistance distance = true_distance(measure, *plan, motion.state(), truth);
+  const auto relative = [&](double error) { return distance.size > 0.0 ? error / distance.size : 0.0; };
+  row.truth = {distance.attitude, relative(distance.deformation)};
+  row.estimate = {row.verdict.error.attitude, relative(row.verdict.error.deformation)};
   row.cause = text_of(*plan, row.verdict);
 }
 
@@ -227,6 +245,31 @@ double lower_bound(int successes, int trials) {
   return boost::math::quantile(beta, 0.05);
 }
 
+/// Returns the estimates over the true errors of the scenes that are compared.
+std::vector<double> ratios(const std::vector<EstimateRow>& rows, double ErrorSize::*which) {
+  const double least = which == &ErrorSize::attitude ? kLeastAttitude : kLeastElastic;
+  std::vector<double> all;
+  for (const EstimateRow& row : rows)
+    if (row.error.empty() && !row.is_lost && row.truth.*which >= least)
+      all.push_back(row.estimate.*which / row.truth.*which);
+  return all;
+}
+
+struct Agreement {
+  double close = 1.0, lower = 0.0, near = 1.0;
+};
+Agreement agreement(const std::vector<EstimateRow>& rows, double ErrorSize::*which) {
+  const std::vector<double> all = ratios(rows, which);
+  if (all.empty()) return {};
+  const auto within = [&](double factor) {
+    return static_cast<int>(std::count_if(
+        all.begin(), all.end(), [&](double ratio) { return ratio <= factor && factor * ratio >= 1.0; }));
+  };
+  const int num = static_cast<int>(all.size());
+  return {static_cast<double>(within(1.3)) / num, lower_bound(within(1.3), num),
+          static_cast<double>(within(3.0)) / num};
+}
+
 }  // namespace
 
 Scene random_scene(std::uint64_t seed, int number) {
@@ -256,7 +299,6 @@ Scene random_scene(std::uint64_t seed, int number) {
   load.history = PulseHistory{0.0, 0.1};
   scene.loads.push_back(load);
   scene.rate = 1000.0;
-  scene.error_budget.horizon = 10.0;
   return scene;
 }
 
@@ -270,44 +312,36 @@ std::vector<EstimateRow> study_estimates(std::uint64_t seed, int count,
 
 EstimateSummary summarize(const std::vector<EstimateRow>& rows) {
   EstimateSummary sum;
-  int counts[9] = {};
+  int num_good = 0, num_watch = 0, num_outside = 0, num_meets = 0, num_cheapest = 0;
   for (const EstimateRow& row : rows) {
     if (!row.error.empty()) {
       ++sum.num_failed;
       continue;
     }
     ++sum.num_scenes;
-    const auto tally = [&](int first, double truth, double estimate) {
-      // if there is no estimate, the verdict is `outside`, so the row counts as inside and close
-      const bool is_inside = row.is_lost || truth <= estimate;
-      counts[first] += is_inside ? 1 : 0;
-      counts[first + 1] += row.is_lost || (truth <= 3.0 * estimate && estimate <= 3.0 * truth) ? 1 : 0;
-    };
-    tally(0, row.truth.position, row.estimate.position);
-    tally(2, row.truth.elastic, row.estimate.elastic);
-    ++counts[4 + static_cast<int>(row.verdict.level)];
-    const bool meets = row.chosen == "none" ? row.cheapest == "none" : row.chosen_error <= row.tolerance;
-    counts[7] += meets ? 1 : 0;
-    counts[8] += row.chosen == row.cheapest ? 1 : 0;
+    num_good += row.verdict.level == Verdict::Level::kGood;
+    num_watch += row.verdict.level == Verdict::Level::kWatch;
+    num_outside += row.verdict.level == Verdict::Level::kOutside;
+    num_meets += row.chosen == "none" ? row.cheapest == "none" : row.chosen_error <= row.tolerance;
+    num_cheapest += row.chosen == row.cheapest;
   }
   if (sum.num_scenes == 0) return sum;
-  const auto fraction = [&](int k) { return static_cast<double>(counts[k]) / sum.num_scenes; };
-  sum.inside_position = fraction(0), sum.close_position = fraction(1);
-  sum.inside_elastic = fraction(2), sum.close_elastic = fraction(3);
-  sum.lower_position = lower_bound(counts[0], sum.num_scenes);
-  sum.lower_elastic = lower_bound(counts[2], sum.num_scenes);
-  sum.good = fraction(4), sum.watch = fraction(5), sum.outside = fraction(6);
-  sum.auto_meets = fraction(7), sum.auto_cheapest = fraction(8);
+  const auto fraction = [&](int count) { return static_cast<double>(count) / sum.num_scenes; };
+  sum.good = fraction(num_good), sum.watch = fraction(num_watch), sum.outside = fraction(num_outside);
+  sum.auto_meets = fraction(num_meets), sum.auto_cheapest = fraction(num_cheapest);
+  const Agreement attitude = agreement(rows, &ErrorSize::attitude),
+                  elastic = agreement(rows, &ErrorSize::elastic);
+  sum.close_attitude = attitude.close, sum.close_elastic = elastic.close;
+  sum.lower_attitude = attitude.lower, sum.lower_elastic = elastic.lower;
+  sum.near_attitude = attitude.near, sum.near_elastic = elastic.near;
   return sum;
 }
 
 std::vector<int> histogram(const std::vector<EstimateRow>& rows, double ErrorSize::*which) {
   std::vector<int> bins(kNumBins, 0);
-  for (const EstimateRow& row : rows) {
-    if (!row.error.empty() || row.is_lost) continue;
-    const double ratio = row.estimate.*which / row.truth.*which;
+  for (const double ratio : ratios(rows, which)) {
     const double bin = 5.0 * (std::log10(ratio) + 1.0) + 1.0;
-    bins[static_cast<std::size_t>(std::isnan(bin) ? 0.0 : std::clamp(bin, 0.0, kNumBins - 1.0))] += 1;
+    bins[static_cast<std::size_t>(std::clamp(bin, 0.0, kNumBins - 1.0))] += 1;
   }
   return bins;
 }

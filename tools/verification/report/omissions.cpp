@@ -78,7 +78,6 @@ std::vector<OmissionRow> study_omissions(const Scene& given, const std::function
   const std::optional<Structure> structure = build_structure(given, faults);
   if (!structure) return rows;
   Scene scene = given;
-  scene.error_budget.horizon = 0.0;  // the second plan and the error budget exclude each other
   const std::optional<Plan> as_written = plan_with(scene, *structure, scene.leave_out.on_need);
   if (scene.leave_out.tolerance == 0.0) scene.leave_out.tolerance = kTolerance;
   const std::optional<Plan> without = plan_with(scene, *structure, OnNeed::kRefuse);

@@ -36,7 +36,7 @@ double ns_per_call(const Work& work) {
 Plan rigid_part(const Plan& plan) {
   Plan rigid = plan;
   rigid.fallback.clear();
-  rigid.budget = {};
+  rigid.verdict = {};
   rigid.num_elastic = rigid.num_moving = rigid.num_padded = 0;
   rigid.propagator = {};
   rigid.modal_coupling = {};
@@ -137,8 +137,9 @@ double reading_cost(const Plan& plan) {
 
 StepCost predict_step(const Plan& plan) {
   StepCost cost;
-  for (const PlanShadow& shadow : plan.budget.shadows)
-    cost.budget += shadow.substeps * measured_step(shadow.plan);
+  for (const PlanShadow& shadow : plan.verdict.shadows)
+    cost.shadow =
+        measured_step(shadow.plan) * shadow.substeps / static_cast<double>(shadow.ticks * shadow.every);
   if (is_coupled(plan)) {
     cost.stages = measured_step(plan);
     cost.point = reading_cost(plan);

@@ -16,7 +16,7 @@ struct StepCost {
   double stages = 0.0;    // all work of a step on a coupled rung, which is not divided into parts
   double push = 0.0;      // additional time for a command on one point in world axes
   double point = 0.0;     // reading one point once, which the step does not include
-  double budget = 0.0;    // the shadows of the error budget, which the step does not include
+  double shadow = 0.0;    // a tick of the shadow of the verdict, which the step does not include
 
   double step() const { return rigid + modes + loads + fields + coupling + stages; }
 };

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/plan/make_plan.hpp"
+#include "core/plan/rungs/shadow.hpp"
 #include "core/structure/structure.hpp"
 #include "tools/verification/reference/elastic_error.hpp"
 #include "tools/verification/reference/rivals.hpp"
@@ -80,6 +81,7 @@ Ride::Ride(const Scene& scene) {
   const auto structure = build_structure(scene, faults);
   std::optional<Plan> compiled;
   if (structure) compiled = make_full_plan(scene, *structure, scene.fidelity, faults);
+  if (compiled) compile_verdict(scene, *structure, *structure, *compiled);
   for (const Fault& fault : faults) faults_text_ += (faults_text_.empty() ? "" : "\n") + fault.message;
   if (!compiled) return;
   plan = std::move(*compiled);

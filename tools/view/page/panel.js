@@ -3,7 +3,7 @@ import { nameOf } from "./blob.js";
 import { NO_LOAD } from "./motion.js";
 import { modeName } from "./strips.js";
 
-const VERDICTS = ["good", "watch", "outside"];
+const VERDICTS = { "-1": "not judged", 0: "good", 1: "watch", 2: "outside" };
 
 export function element(name, properties = {}, ...children) {
   const made = Object.assign(document.createElement(name), properties);
@@ -40,7 +40,7 @@ export function statusRows(body, frame, status, factor, mode, isRecorded = false
     rows.push(verdictRow("verdict", status.validity, status.validity_cause));
     if (!isRecorded && status.worst_validity > status.validity)
       rows.push(verdictRow("worst", status.worst_validity, status.worst_validity_cause, ` at tick ${status.worst_validity_tick}`));
-    rows.push(["model error", errorText(status)]);
+    rows.push(["error", errorText(status)]);
     rows.push(["energy", `rigid ${digits(status.kinetic_rigid, "J")}, elastic ${digits(status.kinetic_elastic + status.potential, "J")}`]);
   }
   // recordings of freeflex run have no timings
@@ -55,7 +55,8 @@ export function statusRows(body, frame, status, factor, mode, isRecorded = false
 }
 
 /** Returns a text with the estimated error and the displacement it is compared with. */
-function errorText({ model_error: error, error_scale: scale }) {
+function errorText({ judged_tick: tick, deformation_error: error, error_scale: scale }) {
+  if (tick < 0) return "not judged";
   const share = scale > 0 ? `, ${digits((100 * error) / scale)} %` : "";
   return `displacements are off by about ${digits(error, "m")}${share} of ${digits(scale, "m")} (the tolerance or the peak displacement)`;
 }
@@ -107,7 +108,7 @@ export function signalOptions(body) {
   const groups = [["whole", ["rms:0", "attitude:0", "attitude:1", "attitude:2", "pointing:0", "rate:0", "rate:1", "rate:2", "spin:0",
     "energy:0", "error:0", "scale:0", "verdict:0", "late:0", "over:0"],
     ["rms displacement", "attitude x", "attitude y", "attitude z", "pointing error", "angular velocity x", "angular velocity y",
-      "angular velocity z", "angular velocity, magnitude", "elastic energy", "model error", "scale of the model error", "verdict",
+      "angular velocity z", "angular velocity, magnitude", "elastic energy", "error of deformation", "scale of this error", "verdict",
       "lateness p99.9", "overruns"]]];
   const list = (label, kind, count, name) => {
     const shown = Math.min(count, 1000);

@@ -34,8 +34,8 @@ export function signalOf(body, key) {
     case "spin": return of("angular velocity [rad/s], body axes", "magnitude", (frame) => Math.hypot(...frame.spin));
     case "wheel": return of("angular momenta of wheels [N m s]", body.wheels[k], (frame) => frame.wheels[k] ?? null);
     case "energy": return ofStatus("elastic energy [J]", "energy", (s) => s.kinetic_elastic + s.potential);
-    case "error": return ofStatus("model error [m]", "estimate", (s) => s.model_error);
-    case "scale": return ofStatus("model error [m]", "compared with", (s) => s.error_scale);
+    case "error": return ofStatus("error of deformation [m]", "estimate", (s) => s.deformation_error);
+    case "scale": return ofStatus("error of deformation [m]", "compared with", (s) => s.error_scale);
     case "verdict": return ofStatus("verdict: 0 good, 1 watch, 2 outside", "verdict", (s) => s.validity);
     case "late": return ofStatus("lateness of ticks [us]", "p99.9", (s) => s.lateness_us.p99_9);
     case "over": return ofStatus("overruns [ticks]", "overruns", (s) => s.overruns);

@@ -1,0 +1,151 @@
+// The verdict sees loads that the ticks do not resolve, loads in horizons that are not judged, and vibrations
+// that the shadow does not resolve. Its scale is the displacement of recent time.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/motion/verdict_cases.hpp"
+#include "tests/motion/watched.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Level = Verdict::Level;
+using Cause = Verdict::Cause;
+
+constexpr double kStiffness = 6.5;
+
+// Returns two points of 1 kg, 1 m apart in a direction, on a spring.
+Scene pair_along(const Eigen::Vector3d& direction) {
+  Scene scene;
+  add_point(scene, 1.0, Eigen::Vector3d::Zero());
+  add_point(scene, 1.0, direction.normalized());
+  add_link(scene, 0, 1, Spring{kStiffness});
+  publish_everything(scene);
+  scene.rate = 100.0;
+  return scene;
+}
+
+void add_load(Scene& scene, double force, const History& history) {
+  Load load;
+  load.name = "load " + std::to_string(scene.loads.size());
+  load.forces = {{1, {force, 0.0, 0.0}}};
+  load.history = history;
+  scene.loads.push_back(load);
+}
+
+// Returns the elongation by a pulse of 1 N on one point, on or after its end. The reduced mass is 1/2 kg.
+double elongation(double start, double end, double time) {
+  const double omega = std::sqrt(2.0 * kStiffness);
+  return (std::cos(omega * (time - end)) - std::cos(omega * (time - start))) / (2.0 * kStiffness);
+}
+
+// Two opposite pulses whose ends are not at ticks. The motion moves them to the same ticks, where they
+// cancel.
+TEST(VerdictLoads, OppositePulsesBetweenTicksDoNotCancel) {
+  Scene scene = pair_along(Eigen::Vector3d::UnitX());
+  add_load(scene, 1.0, PulseHistory{0.105, 0.01});
+  add_load(scene, -1.0, PulseHistory{0.1149, 0.01});
+  Watched watched(scene);
+  const Verdict& verdict = watched.run_to(2.0);
+  EXPECT_EQ(watched.state().q[0], 0.0);
+  const double truth = elongation(0.105, 0.115, 2.0) - elongation(0.1149, 0.1249, 2.0);
+  // each of two equal masses moves by half of the elongation
+  std::printf("error %.4e m, truth %.4e m\n", verdict.error.deformation, 0.5 * std::abs(truth));
+  EXPECT_NEAR(verdict.error.deformation, 0.5 * std::abs(truth), 0.02 * std::abs(truth));
+  EXPECT_EQ(verdict.level, Level::kOutside);
+}
+
+// The table rises and falls within a quarter of a tick, so not even the shadow sees it.
+TEST(VerdictLoads, ATableThatRisesAndFallsBetweenSamplesIsNotRatedGood) {
+  for (const double width : {3e-5, 1e-3}) {
+    Scene scene = pair_along(Eigen::Vector3d::UnitX());
+    scene.rate = 1000.0;
+    add_load(scene, 1.0,
+             TableHistory{{0.10026, 0.10027, 0.1003 + width, 0.10031 + width}, {0.0, 1e4, 1e4, 0.0}});
+    Watched watched(scene);
+    EXPECT_EQ(watched.plan.verdict.fast_loads.empty(), width > 2e-4);
+    EXPECT_NE(watched.run_to(0.2).level, Level::kGood);
+  }
+}
+
+// One horizon in several is judged. A load that begins in another one is foreseen; a command is seen later.
+TEST(VerdictLoads, LoadsInHorizonsThatAreNotJudgedAreNamed) {
+  Scene quiet = watched_truss(Fidelity::kSeparated, 0.05, 0.0);
+  quiet.loads.clear();
+  quiet.verdict.share = 1e-3;
+  Scene pulsed = quiet;
+  Load load;
+  load.forces = {{0, {10.0, 0.0, 0.0}}};
+  load.history = PulseHistory{0.07, 0.01};
+  pulsed.loads = {load};
+  const Plan plan = judged_plan_of(quiet);
+  ASSERT_GT(plan.verdict.shadows.front().every, 1);
+  const auto period = static_cast<double>(plan.verdict.shadows.front().every) * 0.05;
+  EXPECT_EQ(Watched(quiet).run_to(period + 0.02).cause, Cause::kNone);
+  Watched foreseen(pulsed);
+  EXPECT_EQ(foreseen.run_to(0.04).cause, Cause::kNone);
+  EXPECT_EQ(foreseen.run_to(0.05).cause, Cause::kMissedLoad) << "the next horizon is not judged";
+  EXPECT_EQ(foreseen.run_to(period + 0.02).cause, Cause::kMissedLoad);
+  Watched commanded(quiet);
+  commanded.run_to(0.07);
+  ForceCommand command = make_command(0, 1, Axes::kWorld);
+  add_force(command, 0, {10.0, 0.0, 0.0});
+  command.duration_ticks = 10;
+  EXPECT_EQ(commanded.run_to(period - 0.01, {&command, 1}).cause, Cause::kNone);
+  EXPECT_EQ(commanded.run_to(period + 0.02).cause, Cause::kMissedLoad);
+}
+
+// A straight structure has no inertia about its line but for rounding errors, which must not set its size.
+TEST(VerdictLoads, TheVerdictDoesNotDependOnTheDirectionOfAStraightStructure) {
+  for (const Eigen::Vector3d& direction :
+       {Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(0.31, 0.52, 0.73), Eigen::Vector3d(-0.2, 0.9, 0.1)}) {
+    Scene scene = pair_along(direction);
+    scene.initial.angular_velocity = direction.unitOrthogonal();
+    Watched watched(scene);
+    const Verdict& verdict = watched.run_to(1.0);
+    EXPECT_EQ(verdict.level, Level::kOutside) << "the pull of the spin is missing";
+    EXPECT_LT(verdict.scale, 0.1);
+  }
+}
+
+// Returns eleven points of 1 kg on ten beams of 1 m. The lowest bending mode is at 7.07 rad/s.
+Scene soft_beam() {
+  Scene scene;
+  for (int k = 0; k <= 10; ++k) add_point(scene, 1.0, {1.0 * k, 0.0, 0.0});
+  for (int k = 0; k < 10; ++k) add_link(scene, k, k + 1, Beam{1e6, 1e3, 1e3, 1e3, {0.0, 1.0, 0.0}});
+  publish_everything(scene);
+  return scene;
+}
+
+// A free beam under a sudden thrust along it. Its axial modes ring, which pumps energy into the bending;
+// ticks of 10 ms and their halves do not resolve this.
+TEST(VerdictLoads, RingingThatTheShadowDoesNotResolveIsNotRatedGood) {
+  for (const double force : {0.0, 1.0, 700.0}) {
+    Scene scene = soft_beam();
+    scene.fidelity = Fidelity::kCorotational;
+    scene.initial.modes = {{1, 1e-4, 0.0}};
+    Load thrust;
+    thrust.axes = Axes::kLocal;
+    thrust.forces = {{0, {force, 0.0, 0.0}}};
+    scene.loads = {thrust};
+    scene.rate = 100.0;
+    Watched watched(scene);
+    EXPECT_EQ(watched.run_to(8.0).cause, force > 10.0 ? Cause::kRinging : Cause::kNone) << watched.text();
+  }
+}
+
+// A pull that rises and falls slowly leaves a vibration of 5 %, by the kinks of its table. Ten cycles of the
+// mode are 17 s.
+TEST(VerdictLoads, ALoadThatWasRemovedDoesNotSetTheScaleForEver) {
+  Scene scene = pair_along(Eigen::Vector3d::UnitX());
+  add_load(scene, 1e-3, TableHistory{{0.0, 20.0, 40.0}, {0.0, 1.0, 0.0}});
+  Watched watched(scene);
+  const double pulled = watched.run_to(20.0).scale, released = watched.run_to(150.0).scale;
+  EXPECT_NEAR(pulled, 0.5 * 0.5e-3 / kStiffness, 0.1 * pulled);
+  EXPECT_LT(released, 0.06 * pulled);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
