@@ -1,5 +1,6 @@
 #include "service/daemon.hpp"
 
+#include <sched.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 
@@ -330,7 +331,12 @@ NotJudged Daemon::start_verdict() {
     return NotJudged::kProcessors;
   }
   verdicts_ = std::make_unique<VerdictThread>(plan_);
-  judging_ = start_thread("the verdict", [this] { verdicts_->run(); });
+  judging_ = start_thread("the verdict", [this] {
+    // the thread runs while nothing else wants its processor, so that it delays no tick
+    const sched_param idle{};
+    sched_setscheduler(0, SCHED_IDLE, &idle);
+    verdicts_->run();
+  });
   return NotJudged::kJudged;
 }
 
