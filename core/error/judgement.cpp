@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include "core/error/validity.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 
@@ -44,10 +43,13 @@ Verdict::Level grade(double value, double good, double most) noexcept {
 }
 
 Judgement::Judgement(const Plan& plan) : plan_(plan) {
-  if (!plan.verdict.shadows.empty()) shadow_.emplace(plan, plan.verdict.shadows.front());
+  if (!plan.verdict.shadows.empty()) {
+    const PlanShadow& shadow = plan.verdict.shadows.front();
+    shadow_.emplace(plan, shadow, takes_scene_loads(shadow));
+  }
   for (const PlanPoint& point : plan.points) size_ = std::max(size_, length(point.r));
   const Vec3& inverse = plan.principal.inverse_moment;
-  // the moment about the line of a straight structure is zero but for rounding errors
+  // the moment about the line of a straight structure is zero but for rounding errors, which are near 1e-16
   constexpr double kRounding = 1e-9;
   if (inverse[2] > kRounding * inverse[0])
     uneven_inertia_ = 1.0 / inverse[2] - 1.0 / inverse[0];

@@ -9,15 +9,14 @@
 #include "core/step/vector.hpp"
 
 namespace freeflex {
-namespace {
 
-/// Returns the rotation in world axes [rad] that takes the attitude `from` to `to`, with twice the sine of
-/// half of its angle as its length   (THEORY 15.5).
 Vec3 rotation_between(const Quat& from, const Quat& to) noexcept {
   const Quat q = multiply(to, {from[0], -from[1], -from[2], -from[3]});
   const double sign = q[0] < 0.0 ? -2.0 : 2.0;
   return {sign * q[1], sign * q[2], sign * q[3]};
 }
+
+namespace {
 
 /// Returns an attitude rotated by a vector in world axes as rotation_between() returns it.
 Quat rotated(const Vec3& by, const Quat& from) noexcept {
@@ -49,13 +48,13 @@ std::array<double, 4> power(const std::array<double, 4>& E, std::int64_t n) noex
 
 }  // namespace
 
-Shadow::Shadow(const StepPlan& plan, const PlanShadow& shadow)
+Shadow::Shadow(const StepPlan& plan, const PlanShadow& shadow, bool takes_scene_loads)
     : plan_(plan),
       shadow_(shadow),
       state_(make_state(shadow.plan)),
       workspace_(make_workspace(shadow.plan)),
       loads_(plan, shadow),
-      takes_scene_loads_(takes_scene_loads(shadow)) {
+      takes_scene_loads_(takes_scene_loads) {
   const std::size_t n = index(shadow.plan.num_padded);
   for (Array* v : {&apart_.q, &apart_.q_dot, &q_, &q_dot_, &q_before_, &q_dot_before_}) v->resize(n);
   const auto end = shadow.plan.decay.begin() + shadow.plan.num_elastic;

@@ -11,13 +11,19 @@
 
 namespace freeflex {
 
+/// Returns the rotation in world axes [rad] that takes the attitude `from` to `to`, with twice the sine of
+/// half of its angle as its length   (THEORY 15.5).
+Vec3 rotation_between(const Quat& from, const Quat& to) noexcept;
+
 /// Steps one shadow. If every horizon is judged, the shadow runs from the start of the epoch on. Otherwise it
 /// pauses, and starts again from the state plus the error that is expected by then   (THEORY 15.6). Allocates
 /// nothing after construction, does not call libm, and gives the same bits everywhere.
 class Shadow {
  public:
   /// \param plan  must outlive this object, and so must `shadow`
-  Shadow(const StepPlan& plan, const PlanShadow& shadow);
+  /// \param takes_scene_loads  the loads as the scene gives them, not as the plan of the shadow samples them
+  ///   \pre false, or freeflex::takes_scene_loads(shadow)
+  Shadow(const StepPlan& plan, const PlanShadow& shadow, bool takes_scene_loads);
 
   /// Notes the commands of a tick. Call this function before take() of the next tick.
   void command(std::int64_t tick, std::span<const ForceCommand> commands) noexcept {
@@ -90,7 +96,7 @@ class Shadow {
   std::int64_t epoch_ = -1, start_tick_ = 0;
   bool is_judged_ = false;  // the present horizon is judged, and the shadow has not stopped
   StepStatus stop_ = StepStatus::kOk;
-  bool takes_scene_loads_ = false;  // the loads as the scene gives them, not as the plan samples them
+  bool takes_scene_loads_;
   bool misses_loads_ = false;
   double largest_load_ = 0.0;  // [N] in horizons that were judged
   MotionError error_;

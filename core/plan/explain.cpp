@@ -75,7 +75,8 @@ Explanation::Explanation(const Scene& scene, const Structure& structure, const P
     add(Effect::kCurvature, std::move(curved), 2);
     steps_.back().plan.modes = best.modes;
   }
-  for (const Step& step : steps_) shadows_.emplace_back(plan_, step.plan);
+  // below the coupled rungs, a plan can only take loads as it samples them, so all plans do
+  for (const Step& step : steps_) shadows_.emplace_back(plan_, step.plan, false);
   has_stopped_.resize(steps_.size(), false);
 }
 
@@ -138,9 +139,7 @@ MotionError Explanation::distance(const Place& a, const Place& b) const {
     sum += mass_[i] * dot(off, off);
     mass += mass_[i];
   }
-  const Quat q = multiply({a.q_WB[0], -a.q_WB[1], -a.q_WB[2], -a.q_WB[3]}, b.q_WB);
-  return {length(sub(a.p_W, b.p_W)), 2.0 * std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]),
-          std::sqrt(sum / mass)};
+  return {length(sub(a.p_W, b.p_W)), length(rotation_between(a.q_WB, b.q_WB)), std::sqrt(sum / mass)};
 }
 
 std::vector<EffectSize> Explanation::effects() const {

@@ -160,7 +160,8 @@ int main(int argc, char** argv) {
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
   std::optional<Shadow> shadow;
-  if (!plan->verdict.shadows.empty()) shadow.emplace(*plan, plan->verdict.shadows.front());
+  if (!plan->verdict.shadows.empty())
+    shadow.emplace(*plan, plan->verdict.shadows.front(), takes_scene_loads(plan->verdict.shadows.front()));
   if (shadow) shadow->take(state);
   StepReport report;
   Commands commands(*plan);

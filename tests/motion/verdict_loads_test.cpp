@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plan/explain.hpp"
 #include "tests/motion/verdict_cases.hpp"
 #include "tests/motion/watched.hpp"
 
@@ -55,6 +56,21 @@ TEST(VerdictLoads, OppositePulsesBetweenTicksDoNotCancel) {
   std::printf("error %.4e m, truth %.4e m\n", verdict.error.deformation, 0.5 * std::abs(truth));
   EXPECT_NEAR(verdict.error.deformation, 0.5 * std::abs(truth), 0.02 * std::abs(truth));
   EXPECT_EQ(verdict.level, Level::kOutside);
+}
+
+// A pulse at half a tick is moved by half a tick. Its cost is that of the tick length, and not of another
+// effect that the motion lacks.
+TEST(VerdictLoads, AnExplanationBlamesTheTickForAMovedPulse) {
+  Scene scene = pair_along(Eigen::Vector3d::UnitX());
+  scene.rate = 10.0;
+  add_load(scene, 1.0, PulseHistory{1.05, 0.5});
+  const auto effects = explain_motion(scene, build(scene), judged_plan_of(scene), 5.0);
+  ASSERT_TRUE(effects);
+  for (const EffectSize& each : *effects) {
+    // the impulse of 0.5 N s on 2 kg acts 0.05 s early or late
+    const double expected = each.effect == Effect::kIntegration ? 0.5 / 2.0 * 0.05 : 0.0;
+    EXPECT_NEAR(each.most.position, expected, 1e-12) << name_of(each.effect);
+  }
 }
 
 // The table rises and falls within a quarter of a tick, so not even the shadow sees it.
