@@ -522,5 +522,26 @@ TEST(Inside, ForcesAndSpinAreCountedAgainstTheStiffnessOfAMatrix) {
   EXPECT_EQ(level_of(0.01, 0.0, 1.0), Level::kWatch);
 }
 
+// A beam that is given as a matrix may become stiffer by its own bow, and by the tension of a higher mode.
+// With the size r of 5 m, a bow of 0.4 m counts as 5 (0.4 / r)^2 = 0.032, and mode 3, whose omega^2 is 7.6
+// times that of mode 1, as 0.2 * 7.6 * 0.08 / r = 0.024   (THEORY 15.12).
+TEST(Inside, BowAndVibrationAreCountedAgainstTheStiffnessOfAMatrix) {
+  const auto level_of = [](int mode, double amplitude) {
+    Scene scene = straight_beam();
+    scene.fidelity = Fidelity::kCoupled;
+    scene.publication.links.clear();
+    scene = as_matrix(scene);
+    scene.initial.modes = {{mode, amplitude, 0.0}};
+    Watched watched(scene);
+    const Verdict& verdict = watched.run_to(0.016);
+    EXPECT_EQ(verdict.cause, verdict.level == Level::kGood ? Cause::kNone : Cause::kShared);
+    return verdict.level;
+  };
+  EXPECT_EQ(level_of(1, 0.08), Level::kGood);
+  EXPECT_EQ(level_of(1, 0.4), Level::kWatch);
+  EXPECT_EQ(level_of(3, 0.02), Level::kGood);
+  EXPECT_EQ(level_of(3, 0.08), Level::kWatch);
+}
+
 }  // namespace
 }  // namespace freeflex::testing
