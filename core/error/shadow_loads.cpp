@@ -11,7 +11,7 @@ namespace freeflex {
 namespace {
 
 /// Returns the values of sum_j (2 j + 1) A_j P_j(2 s - 1) at s = 0, 1/2, 1, with Legendre polynomials P_j.
-/// \param A  int a(s) P_j(2 s - 1) ds over the step, for j = 0, 1, 2
+/// \param A  integrals over the step of a(s) P_j(2 s - 1) for j = 0, 1, 2, where a is the load (THEORY 15.2)
 std::array<double, 3> stages_of(const std::array<double, 3>& A) noexcept {
   return {A[0] - 3.0 * A[1] + 5.0 * A[2], A[0] - 2.5 * A[2], A[0] + 3.0 * A[1] + 5.0 * A[2]};
 }

@@ -66,7 +66,8 @@ std::string text_of(const Plan& plan, const Verdict& verdict);
 std::string describe(const Plan& plan, const Verdict& verdict);
 /// Returns why nothing is judged yet, or nothing at all.
 std::string not_judged_text(const Plan& plan);
-/// Returns the estimated error of the displacements as text, for example "0.12 % of the tolerance, 1e-05 m".
+/// Returns the estimated error of the displacements as text, for example "0.12 % of 1e-05 m
+/// (tolerance)".
 std::string error_text(const Plan& plan, const Verdict& verdict);
 /// Returns the ratio of an error to `scale`, both [m], as text, for example "0.12 % of" or "more than 10
 /// times".

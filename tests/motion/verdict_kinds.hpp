@@ -195,7 +195,7 @@ class RandomMotion {
       load.history = PulseHistory{start, span};
     }
     if (history == 3) load.history = SineHistory{decade(0.1, 3.0) * lowest_ / (2.0 * M_PI), random_.one()};
-    // a load that does not change must not spin the body up
+    // a constant load or a pulse is limited, so that the body does not spin far faster than at the start
     else if (scene().attractor.mu == 0.0 || load.axes != Axes::kWorld)
       force = std::min(force, 0.05 * lowest_ * mass_ * size_ / span);
     load.forces = {{point, force * direction()}};

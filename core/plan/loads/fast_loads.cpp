@@ -4,11 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/plan/rungs/rungs.hpp"
-#include "core/step/loads/step_loads.hpp"
-#include "core/step/readout.hpp"
-#include "core/step/vector.hpp"
-
 namespace freeflex {
 namespace {
 

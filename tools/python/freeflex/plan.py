@@ -369,7 +369,7 @@ class Motion:
     def _verdict(self, function):
         read = _Verdict()
         _check(function(self.handle, ctypes.byref(read)))
-        # FREEFLEX_NOT_JUDGED is -1, the last of LEVELS
+        # LEVELS ends with "not judged", so that the index -1, FREEFLEX_NOT_JUDGED, gives it
         return Verdict(LEVELS[read.level], read.cause.decode(errors="replace"), read.error, read.scale, read.tick)
 
     def __del__(self):
