@@ -134,17 +134,20 @@ TEST(CartesianReference, UnderEveryLoadHistoryThePairMovesAsInClosedForm) {
   }
 }
 
-TEST(CartesianReference, PulseEdgesAreRoundedToTicksAsInAPlan) {
+TEST(CartesianReference, PulsesBeginAndEndBetweenTicks) {
   constexpr double kForce = 8.0;
   Scene scene = testing::spring_pair(kM0, kM1, kLength, kStiffness);
-  scene.rate = 100.0;  // the pulse from 0.012 to 0.048 s acts from tick 1 to tick 5
+  scene.rate = 100.0;  // neither 0.012 s nor 0.048 s is a tick
   Load load;
   load.forces.push_back({1, {kForce, 0.0, 0.0}});
   load.history = PulseHistory{0.012, 0.036};
   scene.loads.push_back(load);
   const CartesianState state = state_at(system_of(scene), 0.2);
   const Vector3d momentum = kM0 * state.v_W.col(0) + kM1 * state.v_W.col(1);
-  EXPECT_NEAR(momentum[0], kForce * 0.04, 1e-12);
+  EXPECT_NEAR(momentum[0], kForce * 0.036, 1e-12);
+  // the momentum acts from the mean time of the pulse on
+  const Vector3d centre = (kM0 * state.p_W.col(0) + kM1 * state.p_W.col(1)) / (kM0 + kM1);
+  EXPECT_NEAR(centre[0], kForce * 0.036 * (0.2 - 0.03) / (kM0 + kM1), 1e-12);
 }
 
 // In circular motion the reduced mass times l spin^2 equals the tension k (l - L) of the spring.

@@ -90,20 +90,12 @@ void add_wrench(const CartesianSystem& system, const Group& group, const WrenchL
   if (!wrench.torque.isZero(0.0)) load.torques.push_back(std::move(torque));
 }
 
-/// Rounds each edge of a pulse to its nearest tick, as the plan does (THEORY 8.10). The amplitude stays 1.
-History round_to_ticks(const History& history, double rate) {
-  const PulseHistory* pulse = pulse_of(history);
-  if (pulse == nullptr) return history;
-  const double start = std::round(pulse->start * rate) / rate;
-  return PulseHistory{start, std::round((pulse->start + pulse->duration) * rate) / rate - start};
-}
-
 void add_loads(const Scene& scene, CartesianSystem& system) {
   for (const Load& given : scene.loads) {
     CartesianLoad load;
     load.axes = given.axes;
     load.forces = given.forces;
-    load.history = round_to_ticks(given.history, scene.rate);
+    load.history = given.history;
     for (const WrenchLoad& wrench : given.wrenches) {
       add_wrench(system, scene.groups[index(wrench.group)], wrench, load);
     }

@@ -157,10 +157,22 @@ std::string nothing_to_compare(const Structure& structure) {
   return {};
 }
 
+/// Moves the edges of pulses to the ticks of the scene, so that pulses act alike in every method at any step.
+Scene with_pulses_at_ticks(Scene scene) {
+  const auto at_tick = [&scene](double time) { return std::round(time * scene.rate) / scene.rate; };
+  for (Load& load : scene.loads)
+    if (const PulseHistory* pulse = pulse_of(load.history)) {
+      const double start = at_tick(pulse->start), end = at_tick(pulse->start + pulse->duration);
+      load.history = PulseHistory{start, end - start};
+    }
+  return scene;
+}
+
 }  // namespace
 
-Study study_scene(const std::string& file, const Scene& scene, const StudyOptions& options,
+Study study_scene(const std::string& file, const Scene& given, const StudyOptions& options,
                   const std::function<bool(double)>& report_progress) {
+  const Scene scene = with_pulses_at_ticks(given);
   Study study;
   describe(file, scene, options, study);
   if (const auto fault = find_no_full_system(scene)) {

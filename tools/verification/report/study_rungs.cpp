@@ -201,13 +201,6 @@ std::string first_error(const Faults& faults) {
 Scene with_all_points(const Bench& bench, Fidelity fidelity) {
   Scene scene = bench.scene;
   scene.fidelity = fidelity;
-  // at every rate, the edges of pulses stay at the ticks of the scene's own rate
-  const auto at_tick = [&scene](double time) { return std::round(time * scene.rate) / scene.rate; };
-  for (Load& load : scene.loads)
-    if (const PulseHistory* pulse = pulse_of(load.history)) {
-      const double start = at_tick(pulse->start), end = at_tick(pulse->start + pulse->duration);
-      load.history = PulseHistory{start, end - start};
-    }
   scene.publication = {};
   scene.pushable.clear();
   for (std::size_t i = 0; i < scene.points.size(); ++i)
