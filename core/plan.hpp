@@ -60,10 +60,11 @@ struct PlanReport {
 };
 
 /// Holds a compiled scene. The parts are bases only so that expressions like `plan.points` stay short.
-struct Plan : StepPlan, PlanService, PlanError, PlanReport {
+struct Plan : StepPlan, PlanService, PlanReport {
   std::string name;
   std::uint64_t scene_hash = 0;
   CommandLimits command_limits;
+  PlanVerdict verdict;
 };
 
 }  // namespace freeflex

@@ -131,30 +131,24 @@ struct LinkTypeTraits {
   // The link exerts one force along the line of its two points. The rungs with true geometry use its true
   // length   (THEORY 12.17)
   bool is_axial;
-  // No table gives the forces inside the link, so their effect on the stiffness is unquantified.
-  bool hides_forces;
   bool is_angular;  // the link resists an angle, so its force is a moment
   LinkDrawing drawing;
   LinkFigure figure;
   const char* figure_unit;
 };
 inline constexpr std::array<LinkTypeTraits, 9> kLinkTypes{{
-    {LinkType::kSpring, "spring", "spring", true, false, false, LinkDrawing::kLines, LinkFigure::kLargest,
+    {LinkType::kSpring, "spring", "spring", true, false, LinkDrawing::kLines, LinkFigure::kLargest, "N"},
+    {LinkType::kBar, "bar", "bar", true, false, LinkDrawing::kLines, LinkFigure::kLargest, "N"},
+    {LinkType::kBeam, "beam", "beam", false, false, LinkDrawing::kLines, LinkFigure::kTension, "N"},
+    {LinkType::kMatrix, "matrix", "matrix link", false, false, LinkDrawing::kNothing, LinkFigure::kLargest,
      "N"},
-    {LinkType::kBar, "bar", "bar", true, false, false, LinkDrawing::kLines, LinkFigure::kLargest, "N"},
-    {LinkType::kBeam, "beam", "beam", false, false, false, LinkDrawing::kLines, LinkFigure::kTension, "N"},
-    {LinkType::kMatrix, "matrix", "matrix link", false, true, false, LinkDrawing::kNothing,
-     LinkFigure::kLargest, "N"},
-    {LinkType::kBending, "bending", "bending spring", false, false, true, LinkDrawing::kNothing,
+    {LinkType::kBending, "bending", "bending spring", false, true, LinkDrawing::kNothing,
      LinkFigure::kLargest, "N m"},
-    {LinkType::kTorsion, "torsion", "torsion spring", false, false, true, LinkDrawing::kNothing,
+    {LinkType::kTorsion, "torsion", "torsion spring", false, true, LinkDrawing::kNothing,
      LinkFigure::kLargest, "N m"},
-    {LinkType::kPlate, "plate", "plate", false, true, false, LinkDrawing::kTriangle, LinkFigure::kMembrane,
-     "N/m"},
-    {LinkType::kRigid, "rigid", "rigid link", false, true, false, LinkDrawing::kHull, LinkFigure::kLargest,
-     "N"},
-    {LinkType::kDashpot, "dashpot", "dashpot", true, false, false, LinkDrawing::kLines, LinkFigure::kLargest,
-     "N"},
+    {LinkType::kPlate, "plate", "plate", false, false, LinkDrawing::kTriangle, LinkFigure::kMembrane, "N/m"},
+    {LinkType::kRigid, "rigid", "rigid link", false, false, LinkDrawing::kHull, LinkFigure::kLargest, "N"},
+    {LinkType::kDashpot, "dashpot", "dashpot", true, false, LinkDrawing::kLines, LinkFigure::kLargest, "N"},
 }};
 constexpr bool is_link_type(LinkType type) noexcept {
   return static_cast<std::int32_t>(type) >= 0 && static_cast<std::size_t>(type) < kLinkTypes.size();

@@ -66,9 +66,4 @@ struct PlanVerdict {
   double lowest_omega = 0.0;
 };
 
-/// Holds the tables for the verdict on a motion.
-struct PlanError {
-  PlanVerdict verdict;
-};
-
 }  // namespace freeflex

@@ -5,17 +5,6 @@
 #include "core/scene/bodies.hpp"
 
 namespace freeflex {
-namespace {
-
-// tr J / 2 + m c . c, where J and c belong to the body that moves like the rigid link   (THEORY 16.18)
-double inner_moment_of(const Scene& scene, const Link& link) {
-  if (num_inner(link) == 0) return 0.0;
-  const PointMass body = rigid_body_of(scene, link);
-  return 0.5 * body.inertia.trace() + body.mass * body.offset.squaredNorm();
-}
-
-}  // namespace
-
 bool ResolvedScene::have_links_mass() const {
   return std::ranges::any_of(links, [](const ResolvedLink& link) { return link.has_mass; });
 }
@@ -29,8 +18,7 @@ ResolvedScene resolve(const Scene& scene) {
   resolved.has_rotary_mass = points_with_rotary_mass(scene);
   resolved.links.reserve(scene.links.size());
   for (const Link& link : scene.links)
-    resolved.links.push_back(
-        {traits_of(link), axial_of(scene, link), has_mass(link), inner_moment_of(scene, link)});
+    resolved.links.push_back({traits_of(link), axial_of(scene, link), has_mass(link)});
   return resolved;
 }
 

@@ -13,12 +13,8 @@ struct ResolvedLink {
   LinkTraits traits;
   Axial axial;  // coefficients along the line of its two points
   bool has_mass = false;
-  double inner_moment = 0.0;  // [kg m^2] second moment of mass about its first point, if the link has inner
-                              // coordinates; else 0
 
   bool is_rigid() const { return traits.effect == LinkEffect::kForbids; }
-  /// Returns whether spin and loads strain the link in a way that no table has.
-  bool is_unquantified() const { return traits.hides_forces || has_mass; }
 };
 
 /// Holds the properties of all points and links of a scene.

@@ -346,11 +346,6 @@ void fields(Archive& archive, T& s) {
                       s.torque_limit);
 }
 
-template <typename Archive, Is<PlanError> T>
-void fields(Archive& archive, T& e) {
-  all_of<PlanError>(archive, e.verdict);
-}
-
 template <typename Archive, Is<PlanReport> T>
 void fields(Archive& archive, T& r) {
   all_of<PlanReport>(archive, r.features, r.tolerance, r.horizon, r.tried_rungs, r.frequency_accuracy,
@@ -361,7 +356,7 @@ void fields(Archive& archive, T& r) {
 template <typename Archive, Is<Plan> T>
 void fields(Archive& archive, T& p) {
   all_of<Plan>(archive, p.name, p.scene_hash, part<StepPlan>(p), part<PlanService>(p), p.command_limits,
-               part<PlanError>(p), part<PlanReport>(p));
+               p.verdict, part<PlanReport>(p));
 }
 
 template <typename T>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <string>
 
 #include "core/plan.hpp"
@@ -15,11 +14,6 @@ namespace freeflex {
 void set_rate(Plan& plan, double rate);
 /// The same for the part of a plan that the step reads.
 void set_rate(StepPlan& plan, double rate);
-
-/// Returns the natural frequencies of all modes [rad/s].
-inline std::span<const double> frequencies_of(const StepPlan& plan) {
-  return {plan.omega.data(), index(plan.num_elastic)};
-}
 
 /// Converts a horizon [s] to ticks. Returns at least 1.
 std::int64_t horizon_in_ticks(double horizon, double period);
