@@ -39,20 +39,30 @@ double length_of(const MassProperties& body) {
   return size > 0.0 ? size : 1.0;
 }
 
-// sets the rigid motions V_i = e_a, V_i = u_k x r_i over all freedoms   (THEORY 2.11), with rotations about
-// the axes of the largest moments first
+// returns the values of the rotational freedoms in a unit rigid rotation of the whole structure about an axis
+Eigen::VectorXd rigid_rotation(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis) {
+  const int before = freedoms.num_displacements();
+  Eigen::VectorXd rotation = Eigen::VectorXd::Zero(freedoms.num_rotations());
+  for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
+    if (freedoms.has_joint(point)) rotation.segment<3>(freedoms.rotation(point) - before) = axis;
+  for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
+    const Link& link = scene.links[static_cast<std::size_t>(index)];
+    if (const int about = freedoms.about_line(index); about >= 0)
+      rotation[about - before] = axis.dot(line_of(scene, link.points));
+    if (releases_of(link) == Releases{}) continue;
+    const Eigen::Matrix3d axes = axes_of(scene, link);
+    for (int end = 0; end < 2; ++end)
+      for (int k = 0; k < 3; ++k)
+        if (const int freedom = freedoms.released(index, end, k); freedom >= 0)
+          rotation[freedom - before] = axes.col(k).dot(axis);
+  }
+  return rotation;
+}
+
+// sets the rigid motions over all freedoms
 void set_rigid_motions(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
                        AllFreedoms& all) {
-  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(freedoms.num_all(), 6);
-  for (Eigen::Index i = 0; i < body.r.cols(); ++i) {
-    motions.block<3, 3>(3 * i, 0).setIdentity();
-    for (int k = 0; k < 3; ++k)
-      motions.block<3, 1>(3 * i, 3 + k) =
-          Eigen::Vector3d(body.principal_axes.col(2 - k)).cross(Eigen::Vector3d(body.r.col(i)));
-  }
-  for (int k = 0; k < 3; ++k)
-    motions.col(3 + k).tail(freedoms.num_rotations()) =
-        all.length * rigid_rotation(scene, freedoms, body.principal_axes.col(2 - k));
+  Eigen::MatrixXd motions = rigid_motions_of(scene, freedoms, body, all.length);
   const double least = kEpsilon * all.length;
   std::vector<int> massive, idle;
   for (int k = 0; k < 6; ++k)
@@ -251,23 +261,19 @@ SamplePoints sample_points_of(const Scene& scene, const Freedoms& freedoms, cons
 
 }  // namespace
 
-Eigen::VectorXd rigid_rotation(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis) {
-  const int before = freedoms.num_displacements();
-  Eigen::VectorXd rotation = Eigen::VectorXd::Zero(freedoms.num_rotations());
-  for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
-    if (freedoms.has_joint(point)) rotation.segment<3>(freedoms.rotation(point) - before) = axis;
-  for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
-    const Link& link = scene.links[static_cast<std::size_t>(index)];
-    if (const int about = freedoms.about_line(index); about >= 0)
-      rotation[about - before] = axis.dot(line_of(scene, link.points));
-    if (releases_of(link) == Releases{}) continue;
-    const Eigen::Matrix3d axes = axes_of(scene, link);
-    for (int end = 0; end < 2; ++end)
-      for (int k = 0; k < 3; ++k)
-        if (const int freedom = freedoms.released(index, end, k); freedom >= 0)
-          rotation[freedom - before] = axes.col(k).dot(axis);
+Eigen::MatrixXd rigid_motions_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
+                                 double length) {
+  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(freedoms.num_all(), 6);
+  for (Eigen::Index i = 0; i < body.r.cols(); ++i) {
+    motions.block<3, 3>(3 * i, 0).setIdentity();
+    for (int k = 0; k < 3; ++k)
+      motions.block<3, 1>(3 * i, 3 + k) =
+          Eigen::Vector3d(body.principal_axes.col(2 - k)).cross(Eigen::Vector3d(body.r.col(i)));
   }
-  return rotation;
+  for (int k = 0; k < 3; ++k)
+    motions.col(3 + k).tail(freedoms.num_rotations()) =
+        length * rigid_rotation(scene, freedoms, body.principal_axes.col(2 - k));
+  return motions;
 }
 
 // the modes are normalised to b^T m b = M   (THEORY 16.9)

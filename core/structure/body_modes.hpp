@@ -6,9 +6,11 @@
 
 namespace freeflex {
 
-/// Returns the values of the rotational freedoms in a unit rigid rotation of the whole structure about an
-/// axis [-] (num_rotations).
-Eigen::VectorXd rigid_rotation(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis);
+/// Returns the rigid motions V_i = e_a, V_i = u_k x r_i (num_all x 6) over all freedoms (THEORY 2.11), with
+/// rotations about the axes of the largest moments first.
+/// \param length  [m] factor of the rotational freedoms
+Eigen::MatrixXd rigid_motions_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
+                                 double length);
 
 /// Fills omega, shapes, rotations, particles, matrix_sums, mechanisms, frequency_accuracy and conditioning
 /// (THEORY 16.6 to 16.9). The function adds an error if links do not hold a massless point in every

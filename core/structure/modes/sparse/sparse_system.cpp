@@ -46,23 +46,6 @@ double length_of(const MassProperties& body) {
   return size > 0.0 ? size : 1.0;
 }
 
-// returns the rigid motions over all freedoms (THEORY 2.11), without the rotation about a line that contains
-// all mass
-Eigen::MatrixXd rigid_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
-                         const SparseSystem& system) {
-  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(freedoms.num_all(), 6);
-  for (Eigen::Index i = 0; i < body.r.cols(); ++i) {
-    motions.block<3, 3>(3 * i, 0).setIdentity();
-    for (int k = 0; k < 3; ++k)
-      motions.block<3, 1>(3 * i, 3 + k) =
-          Eigen::Vector3d(body.principal_axes.col(2 - k)).cross(Eigen::Vector3d(body.r.col(i)));
-  }
-  for (int k = 0; k < 3; ++k)
-    motions.col(3 + k).tail(freedoms.num_rotations()) =
-        system.length * rigid_rotation(scene, freedoms, body.principal_axes.col(2 - k));
-  return motions.leftCols(body.rigid_freedoms);
-}
-
 // makes columns orthonormal in the mass metric, in two passes because of rounding errors
 void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
   for (int pass = 0; pass < 2; ++pass)
@@ -194,7 +177,8 @@ SparseSystem sparse_system(const Scene& scene, const Freedoms& freedoms, const L
   set_rows();
   const SparseRows mass_factor = to_sparse(mass, system, freedoms.num_all(), false);
   system.mass = SparseRows(mass_factor.transpose()) * mass_factor;
-  system.rigid = rigid_of(scene, freedoms, body, system);
+  // a line that contains all mass has no rotation about it
+  system.rigid = rigid_motions_of(scene, freedoms, body, system.length).leftCols(body.rigid_freedoms);
   orthonormalise(system.mass, system.rigid);
   const bool has_massless = freedoms.num_rotations() > 0 || !are_point_masses(scene);
   if (!has_massless) return system;
