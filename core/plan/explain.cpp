@@ -7,24 +7,12 @@
 
 #include "core/faults.hpp"
 #include "core/motion.hpp"
-#include "core/plan/compile.hpp"
 #include "core/plan/rungs/rates.hpp"
-#include "core/step/linear/kernels.hpp"
+#include "core/plan/rungs/shadow.hpp"
 #include "core/step/readout.hpp"
 
 namespace freeflex {
 namespace {
-
-// Returns a plan of a scene with all modes and all rows, or nothing if the rung does not support the scene.
-std::optional<Plan> whole_plan(const Scene& scene, const Structure& structure, Fidelity rung, double rate) {
-  PlanSpec spec = full_spec(scene, structure, rung);
-  spec.substep_phase *= scene.rate / rate;
-  spec.rate = rate;
-  spec.has_every_row = true;
-  spec.publishes_links = false;
-  Faults faults;
-  return compile(scene, structure, spec, faults);
-}
 
 // Returns the effective length of a step [s].
 double step_of(const StepPlan& plan) { return plan.period / plan.coupled.num_substeps; }
@@ -50,7 +38,8 @@ Explanation::Explanation(const Scene& scene, const Structure& structure, const P
   const double rate = 1.0 / plan.period;
   const bool is_true = traits_of(plan.fidelity).has_true_geometry;
   const auto whole = [&](Fidelity rung, std::int32_t substeps) {
-    return whole_plan(scene, structure, rung, substeps * rate);
+    Faults faults;  // a rung that does not support the scene is left out
+    return whole_plan(scene, structure, rung, substeps * rate, faults);
   };
   const bool omits = !plan.mode_numbers.empty() || plan.num_elastic < structure.omega.size();
   if (omits && traits_of(plan.fidelity).has_modes) add(Effect::kTruncation, whole(plan.fidelity, 1), 1);
@@ -88,12 +77,8 @@ void Explanation::add(Effect effect, std::optional<Plan> plan, std::int32_t subs
   step.plan.plan = std::move(*plan);
   step.plan.substeps = substeps;
   step.plan.horizon_ticks = kForever;
-  const auto number = [](const StepPlan& of, ShadowModes& modes) {
-    for (std::int32_t l = 0; l < of.num_elastic; ++l)
-      modes.numbers.push_back(of.mode_numbers.empty() ? l : of.mode_numbers[index(l)] - 1);
-  };
-  number(plan_, step.plan.modes[0]);
-  if (!plan_.fallback.empty()) number(plan_.fallback.front(), step.plan.modes[1]);
+  step.plan.modes[0].numbers = indices_of_modes(plan_);
+  if (!plan_.fallback.empty()) step.plan.modes[1].numbers = indices_of_modes(plan_.fallback.front());
   sizes_.push_back({effect, {}});
 }
 
@@ -127,8 +112,8 @@ void Explanation::take(const MotionState& state) {
 
 Explanation::Place Explanation::place_of(const StepPlan& plan, const MotionState& state) {
   Place place{std::vector<Vec3>(plan.points.size()), state.p_WB, state.q_WB};
-  std::vector<Vec3> unused(plan.points.size());
-  if (plan.num_elastic > 0) contract_points(plan, state.q.data(), state.q.data(), place.V, unused);
+  for (std::size_t i = 0; i < place.V.size(); ++i)
+    place.V[i] = read_in_frame(plan, state, static_cast<int>(i)).V;
   return place;
 }
 

@@ -82,15 +82,6 @@ std::optional<Ground> ground_on(const Scene& scene, const Structure& structure, 
   return ground;
 }
 
-// Returns the plan of a shadow at the rate of the scene. Adds an error if the rung does not support the
-// scene.
-std::optional<Plan> plan_on(const Ground& ground, const Structure& structure, Fidelity rung, Faults& faults) {
-  PlanSpec spec = full_spec(ground.scene, ground.own ? *ground.own : structure, rung);
-  spec.has_every_row = true;
-  spec.publishes_links = false;
-  return compile(ground.scene, ground.own ? *ground.own : structure, spec, faults);
-}
-
 std::string first_error(const Faults& faults) {
   for (const Fault& fault : faults)
     if (fault.severity == Fault::Severity::kError) return fault.message;
@@ -150,8 +141,7 @@ bool have_same_modes(const Structure& a, const Structure& b) {
 
 void set_modes(const Scene& scene, const Structure& of_plan, const Structure& of_shadow, const StepPlan& plan,
                const StepPlan& shadow, ShadowModes& result) {
-  for (std::int32_t l = 0; l < plan.num_elastic; ++l)
-    result.numbers.push_back(plan.mode_numbers.empty() ? l : plan.mode_numbers[index(l)] - 1);
+  result.numbers = indices_of_modes(plan);
   if (&of_plan == &of_shadow || have_same_modes(of_plan, of_shadow)) return;
   const Eigen::MatrixXd P = projection(scene, of_plan, of_shadow);
   result.projection.assign(result.numbers.size() * index(shadow.num_padded), 0.0);
@@ -232,7 +222,34 @@ std::int32_t resolving_substeps(const Plan& plan, const StepPlan& shadow) {
   return substeps;
 }
 
+// Returns the number of steps into which a shadow divides a tick so that it resolves the fastest mode too.
+std::int32_t substeps_for_fastest_mode(const Plan& plan, const PlanShadow& shadow) {
+  const StepPlan& own = shadow.plan;
+  const double fastest = *std::max_element(own.omega.begin(), own.omega.end()),
+               phase = fastest * plan.period / own.coupled.num_substeps;
+  std::int32_t substeps = shadow.substeps;
+  while (substeps < kMaxSubsteps && phase > kFastestPhase * substeps) substeps *= 2;
+  return substeps;
+}
+
 }  // namespace
+
+std::optional<Plan> whole_plan(const Scene& scene, const Structure& structure, Fidelity rung, double rate,
+                               Faults& faults) {
+  PlanSpec spec = full_spec(scene, structure, rung);
+  spec.substep_phase *= scene.rate / rate;
+  spec.rate = rate;
+  spec.has_every_row = true;
+  spec.publishes_links = false;
+  return compile(scene, structure, spec, faults);
+}
+
+std::vector<std::int32_t> indices_of_modes(const StepPlan& plan) {
+  std::vector<std::int32_t> indices(index(plan.num_elastic));
+  for (std::int32_t l = 0; l < plan.num_elastic; ++l)
+    indices[index(l)] = plan.mode_numbers.empty() ? l : plan.mode_numbers[index(l)] - 1;
+  return indices;
+}
 
 double seconds_of_step(const StepPlan& plan) {
   const double n = plan.num_elastic, passes = plan.coupled.curve.is_filtered ? 2.6 : 1.0;
@@ -299,7 +316,8 @@ void compile_verdict(const Scene& scene, const Structure& structure, const Struc
     Faults faults;
     const std::optional<Ground> ground = ground_on(scene, structure, rung, faults);
     std::optional<Plan> better;
-    if (ground) better = plan_on(*ground, structure, rung, faults);
+    if (ground)
+      better = whole_plan(ground->scene, ground->own ? *ground->own : structure, rung, scene.rate, faults);
     const bool is_second = traits_of(rung).divides_tick && rungs.size() > 1;
     if (better && is_second && seconds_of_step(*better) > kMostProcessors * better->period) better.reset();
     if (!better) {

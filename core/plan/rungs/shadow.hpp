@@ -1,7 +1,9 @@
 // The shadow of a plan for its verdict   (THEORY 15.1).
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "core/plan/spec.hpp"
 
@@ -12,6 +14,13 @@ namespace freeflex {
 /// \param structure  structure of the scene, with all modes
 /// \param of_plan  structure from which the plan was compiled; it may have other modes for equal frequencies
 void compile_verdict(const Scene& scene, const Structure& structure, const Structure& of_plan, Plan& plan);
+
+/// Returns a plan of a scene with all modes and all rows at a rate [Hz]. Adds an error if the rung does not
+/// support the scene.
+std::optional<Plan> whole_plan(const Scene& scene, const Structure& structure, Fidelity rung, double rate,
+                               Faults& faults);
+/// Returns the indices of the modes of a plan among those of its structure.
+std::vector<std::int32_t> indices_of_modes(const StepPlan& plan);
 
 /// Sets what the shadow of a plan needs for the present period of the plan.
 void set_shadow_rate(Plan& plan);
