@@ -4,6 +4,7 @@
 
 #include "core/step/coupled/coupled.hpp"
 #include "core/step/coupled/curve.hpp"
+#include "core/step/linear/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 #include "core/step/vector.hpp"
@@ -298,13 +299,35 @@ double Shadow::size_of(const Array& q) const noexcept {
   return __builtin_sqrt(square);
 }
 
+/// Returns what is to be added to the square of the difference q_ of coordinates [m^2], because the points of
+/// rigid links move on tangents in a state without true geometry, and on arcs in the shadow   (THEORY 15.5).
+double Shadow::square_of_rigid_links() const noexcept {
+  const StepPlan& own = shadow_.plan;
+  const PlanTurning& turning = own.coupled.turning;
+  if (!is_coupled(own) || traits_of(plan_.fidelity).has_true_geometry) return 0.0;
+  double sum = 0.0;  // [kg m^2]
+  for (const PlanTurningBody& body : turning.bodies)
+    for (std::int32_t k = body.first; body.count > 1 && k < body.first + body.count; ++k) {
+      const std::int32_t point = turning.points[index(k)];
+      const PlanPoint& at = own.points[index(point)];
+      if (at.mass == 0.0) continue;
+      const double* const rows = point_rows(own, at.row);
+      const Vec3 difference = contract_rows(rows, q_.data(), q_.size()),
+                 arc = sub(read_in_frame(own, state_, point).V,
+                           contract_rows(rows, state_.q.data(), q_.size()));
+      sum += at.mass * (dot(arc, arc) - 2.0 * dot(arc, difference));
+    }
+  return sum / own.mass;
+}
+
 /// Computes the distance of the state from the shadow   (THEORY 15.5).
 void Shadow::compare(const MotionState& state) noexcept {
   to_shadow(state, q_, q_dot_);
   displacement_of_state_ = size_of(q_);
   displacement_ = size_of(state_.q);
   for (std::size_t l = 0; l < q_.size(); ++l) q_[l] -= state_.q[l];
-  error_.deformation = size_of(q_);
+  const double linear = size_of(q_);
+  error_.deformation = __builtin_sqrt(std::max(0.0, linear * linear + square_of_rigid_links()));
   error_.position = length(sub(state.p_WB, state_.p_WB));
   error_.attitude = length(rotation_between(state_.q_WB, state.q_WB));
   own_error_ = integration_error_ + state_.coupled.filter_error;

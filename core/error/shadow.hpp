@@ -81,6 +81,7 @@ class Shadow {
   void add_integration_error() noexcept;
   void compare(const MotionState& state) noexcept;
   double size_of(const Array& q) const noexcept;
+  double square_of_rigid_links() const noexcept;
 
   const StepPlan& plan_;
   const PlanShadow& shadow_;

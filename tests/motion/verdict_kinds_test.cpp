@@ -12,5 +12,20 @@ TEST_P(VerdictOnKinds, IsCorrectForARandomMotion) { judge_family(GetParam(), 1, 
 INSTANTIATE_TEST_SUITE_P(All, VerdictOnKinds, ::testing::ValuesIn(all_families()),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
+/// Judges a motion whose estimates were wrong once, and returns the number of errors that can be compared.
+int judge_again(const char* family, unsigned seed) {
+  const KindCounts counts = judge_family(
+      *std::ranges::find(all_families(), std::string(family), [](const Family& each) { return each.name; }),
+      seed, 1);
+  EXPECT_EQ(counts.close, counts.comparable);
+  return counts.comparable;
+}
+// The points of rigid links move on arcs in the truth, and on tangents in a state below corotational.
+TEST(EstimatesOnKinds, SeesTheArcsOfRigidLinks) { EXPECT_GE(judge_again("RigidLinks", 10), 3); }
+// Ticks of 66 Hz do not resolve the modes of 684 and 938 rad/s.
+TEST(EstimatesOnKinds, ResolvesFastModesThatTheTicksDoNot) { EXPECT_GE(judge_again("RigidLinks", 33), 1); }
+// Pulses begin and end between ticks.
+TEST(EstimatesOnKinds, SeesHowThePulsesOfAPlateMoveToTicks) { EXPECT_GE(judge_again("Plates", 4), 4); }
+
 }  // namespace
 }  // namespace freeflex::testing
