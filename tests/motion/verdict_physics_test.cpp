@@ -151,6 +151,31 @@ TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToBendingExcitedByAModeOfTwiceIt
   expect_growth_estimated(scene, 1e-6, {10.0, 19.0, 20.0, 21.0});
 }
 
+// The frequency falls with the square of the amplitude, which shifts the phase a little in every period.
+TEST(VerdictPhysics, VerdictEstimatesTheErrorAfterThreeHundredPeriods) {
+  Scene scene = hinged_tetrahedra(100.0);
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  const double end = 300.0 * 2.0 * M_PI / structure->omega[0];
+  displace_modes(scene, {{1, 2e-3}, {2, 1e-3}});
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
+    const JudgedError judged = judged_error(scene, rung, end);
+    EXPECT_GT(judged.error, 0.01) << "the error is too small to test anything";
+    expect_estimated(judged);
+  }
+}
+
+// The Coriolis forces of a spin turn the plane of a high mode.
+TEST(VerdictPhysics, VerdictEstimatesTheErrorOfTheFiftiethMode) {
+  Scene scene = long_chain(20, 3e5);
+  scene.verdict.step = 1e-3;
+  scene.initial.angular_velocity = {0.0, 0.0, 0.3};
+  displace_modes(scene, {{50, 1e-3}});
+  const JudgedError judged = judged_error(scene, Fidelity::kSeparated, 3.0);
+  EXPECT_GT(judged.error, 5e-3) << "the error is too small to test anything";
+  expect_estimated(judged);
+}
+
 // The body begins to spin from rest, so the error is zero in the first ticks and grows with the motion.
 TEST(VerdictPhysics, OnTheSpinLoadedRungTheFirstTicksOfASpinAreRatedGood) {
   Scene scene = hinged_tetrahedra(100.0);
