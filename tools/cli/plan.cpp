@@ -154,10 +154,10 @@ void print_rungs(const Plan& plan) {
   }
   const PlanShadow& shadow = plan.verdict.shadows.front();
   const std::string text = format_text(
-      "compares the motion with %s at %.4g Hz; %s horizon of %.6g s is judged; a daemon publishes the "
+      "compares the motion with %s at %.4g Hz; %s of %.6g s is judged; a daemon publishes the "
       "verdict %.3g s later",
       name_of(shadow.plan.fidelity), 1.0 / shadow.plan.period,
-      shadow.every == 1 ? "every" : ("one in " + std::to_string(shadow.every)).c_str(),
+      shadow.every == 1 ? "every horizon" : ("one in " + std::to_string(shadow.every) + " horizons").c_str(),
       static_cast<double>(shadow.horizon_ticks) * plan.period,
       static_cast<double>(shadow.delay_ticks) * plan.period);
   std::printf("verdict            %s\n", wrapped(text, 19).c_str());
