@@ -256,8 +256,10 @@ std::vector<std::int32_t> indices_of_modes(const StepPlan& plan) {
 }
 
 double seconds_of_step(const StepPlan& plan) {
-  const double n = plan.num_elastic, passes = plan.coupled.curve.is_filtered ? 2.6 : 1.0;
-  return passes * plan.coupled.num_substeps * (1e-6 + 0.58e-6 * n + 1.7e-9 * n * n);
+  const double n = plan.num_elastic, points = static_cast<double>(plan.points.size()),
+               passes = plan.coupled.curve.is_filtered ? 2.6 : 1.0;
+  const double pairs = has_tables(plan.coupled.kinetics) ? n * n : n * std::max(n, 3.0 * points);
+  return passes * plan.coupled.num_substeps * (1e-6 + 0.58e-6 * n + 1.7e-9 * pairs + 15e-9 * points);
 }
 
 void set_shadow_rate(Plan& plan) {

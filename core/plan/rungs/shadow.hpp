@@ -25,7 +25,7 @@ std::vector<std::int32_t> indices_of_modes(const StepPlan& plan);
 /// Sets what the shadow of a plan needs for the present period of the plan.
 void set_shadow_rate(Plan& plan);
 
-/// Returns the time that one step of a plan takes on a processor of 2026 [s], from its number of modes. The
+/// Returns the time that one step of a plan takes on a processor of 2026 [s], from its modes and points. The
 /// share of a processor that a shadow takes is computed from this time, so that it is the same in every run
 /// (THEORY 15.9).
 double seconds_of_step(const StepPlan& plan);
