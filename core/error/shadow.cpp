@@ -235,7 +235,7 @@ bool Shadow::step_once(std::int64_t age) noexcept {
     loads_.skip_to(start_tick_ + age);
     if (!takes_scene_loads_) loads_.copy_slots(age, state_);
     for (std::int32_t s = 0; s < shadow_.substeps && report_.status == StepStatus::kOk; ++s)
-      advance_step(takes_scene_loads_ ? &loads_.part_of_tick(age, s) : nullptr);
+      advance_step(takes_scene_loads_ ? &loads_.loads_of_substep(age, s) : nullptr);
   }
   largest_load_ = std::max(largest_load_, loads_.size());
   return report_.status == StepStatus::kOk;

@@ -169,8 +169,8 @@ const LoadsOverStep& ShadowLoads::end_step(std::int64_t tick, std::int64_t age) 
 namespace {
 
 /// Returns int a(s) P_j(2 s - 1) ds for a pulse as the scene gives it, which need not begin and end at ticks.
-/// \param period  [s] length of a tick, or of a part of one if the step is a part
-/// \param age  number of the first of these since the epoch began  \param ticks  number of these in the step
+/// \param period  [s] length of a tick, or of a substep if the step is one
+/// \param age  number of ticks or substeps since the epoch began  \param ticks  number of these in the step
 std::array<double, 3> moments_of_pulse(const PlanHistory& history, double period, std::int64_t age,
                                        double ticks) noexcept {
   const auto share = [&](double time) {
@@ -207,7 +207,7 @@ std::array<double, 3> moments_of_continuous(const PlanHistory& history, double p
 
 }  // namespace
 
-const LoadsOverStep& ShadowLoads::part_of_tick(std::int64_t age, std::int32_t part) noexcept {
+const LoadsOverStep& ShadowLoads::loads_of_substep(std::int64_t age, std::int32_t substep) noexcept {
   over_.jumps = !is_copied_;
   if (!is_copied_) {
     sum_slots();
@@ -215,16 +215,16 @@ const LoadsOverStep& ShadowLoads::part_of_tick(std::int64_t age, std::int32_t pa
     command_size_ = size_of(now_, arm_);
     is_copied_ = true;
   }
-  sum_amplitudes(age, part);
-  if (part == 0) sum_sizes(age);
+  sum_amplitudes(age, substep);
+  if (substep == 0) sum_sizes(age);
   return over_;
 }
 
 /// Sets the amplitudes of the histories, as the scene gives them and not as the plan samples them
 /// (THEORY 15.2).
-void ShadowLoads::sum_amplitudes(std::int64_t age, std::int32_t part) noexcept {
+void ShadowLoads::sum_amplitudes(std::int64_t age, std::int32_t substep) noexcept {
   const double period = plan_.period / shadow_.substeps;  // exact, a power of two
-  const std::int64_t first = age * shadow_.substeps + part;
+  const std::int64_t first = age * shadow_.substeps + substep;
   for (std::size_t k = 0; k < plan_.histories.size(); ++k) {
     const PlanHistory& history = plan_.histories[k];
     std::array<double, 3> stages{1.0, 1.0, 1.0};

@@ -12,9 +12,9 @@
 namespace freeflex {
 
 /// Follows the commands of a motion, and turns the loads of a step into parabolas that have the same impulse
-/// and the same first and second moment in time   (THEORY 15.2). The error of a mode
-/// that turns by 1 rad in the step is then below 1e-3 of the part of the load that the parabola does not
-/// follow. Allocates nothing after construction.
+/// and the same first and second moment in time   (THEORY 15.2). The error of a mode that turns by 1 rad in
+/// the step is then below 1e-3 of the part of the load that the parabola does not follow. Allocates nothing
+/// after construction.
 class ShadowLoads {
  public:
   /// \param plan  the plan that the shadow accompanies  \param shadow  must outlive this object
@@ -31,9 +31,9 @@ class ShadowLoads {
   /// Ends the step at a tick and returns its loads.
   /// \param age  number of the first tick of the step since the epoch began
   const LoadsOverStep& end_step(std::int64_t tick, std::int64_t age) noexcept;
-  /// Returns the loads of part `part` of a tick, in which the commands are constant. Call skip_to() first.
-  /// \param age  number of the tick since the epoch began
-  const LoadsOverStep& part_of_tick(std::int64_t age, std::int32_t part) noexcept;
+  /// Returns the loads of one substep of a tick. Commands are constant in a tick. Call skip_to() first.
+  /// \param age  number of the tick since the epoch began  \param substep  from 0
+  const LoadsOverStep& loads_of_substep(std::int64_t age, std::int32_t substep) noexcept;
   /// Returns the sum of the sizes of all forces of the last step, and of all torques over the size of the
   /// body [N]. Loads do not cancel in this sum.
   double size() const noexcept { return size_; }
@@ -51,7 +51,7 @@ class ShadowLoads {
   void add_piece(std::int64_t from, std::int64_t to) noexcept;
   void copy_slots(State& state) noexcept;
   void sum_slots() noexcept;
-  void sum_amplitudes(std::int64_t age, std::int32_t part) noexcept;
+  void sum_amplitudes(std::int64_t age, std::int32_t substep) noexcept;
   void sum_sizes(std::int64_t age) noexcept;
 
   const StepPlan& plan_;
@@ -59,7 +59,7 @@ class ShadowLoads {
   std::vector<Slot> slots_;
   std::int32_t num_slots_ = 0;
   bool is_new_ = true;       // slots_ changed since `now_` was computed
-  bool is_copied_ = false;   // slots_ did not change since copy_slots() or part_of_tick()
+  bool is_copied_ = false;   // slots_ did not change since copy_slots() or loads_of_substep()
   bool is_in_step_ = false;  // the loads of the present step are summed
   // a piece of the present step ended with other slots than those at its end
   bool has_pieces_ = false;

@@ -10,7 +10,7 @@
 
 namespace freeflex {
 
-/// Tells which elastic coordinates of a shadow those of a plan are   (THEORY 15.3).
+/// Maps the elastic coordinates of a plan to those of its shadow   (THEORY 15.3).
 struct ShadowModes {
   std::vector<std::int32_t> numbers;  // index in the shadow of each mode of the plan, if they are the same
   // [-] (num_elastic of the plan x num_padded of the shadow) sum m b_shadow . b / M, if the modes differ
@@ -25,10 +25,11 @@ struct PlanShadow {
   static constexpr std::int64_t kMostHorizons = 1'000'000, kMostHorizonTicks = std::int64_t{1} << 36;
 
   StepPlan plan;
-  // A step of the shadow spans `ticks` ticks, or each tick has `substeps` of them. One of both is 1.
+  // A step of the shadow spans `ticks` ticks, or each tick has `substeps` of them. At least one of the two
+  // is 1.
   std::int32_t ticks = 1, substeps = 1;
   std::int64_t horizon_ticks = 1;    // length of a horizon, a multiple of `ticks`
-  std::int64_t every = 1;            // one horizon in so many is judged
+  std::int64_t every = 1;            // one in this many horizons is judged
   std::int64_t delay_ticks = 0;      // a daemon publishes the result for tick k at tick k + delay_ticks
   std::array<ShadowModes, 2> modes;  // of the plan, and of its fallback plan
 };

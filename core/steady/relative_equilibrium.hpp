@@ -55,8 +55,8 @@ class RelativeEquilibria {
   RelativeEquilibrium find(const Eigen::Vector3d& spin);
 
   /// Finds the shape that is at rest in the axes of the body, without elastic rates and accelerations, at an
-  /// instant at which the body rotates at `spin`. The loads may turn the body and change its spin
-  /// (THEORY 15.11), and whether it is stable at a fixed spin. Finds no small motions.
+  /// instant at which the body rotates at `spin`, and whether this shape is stable at a fixed spin. The loads
+  /// may turn the body and change its spin   (THEORY 15.11). Finds no small motions.
   /// \param spin  [rad/s] body axes
   RelativeEquilibrium respond(const Eigen::Vector3d& spin);
 

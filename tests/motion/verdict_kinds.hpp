@@ -67,7 +67,7 @@ class RandomMotion {
     // if the phase of the fastest mode is larger, the reference takes minutes
     constexpr double kMostPhase = 5e3;  // [rad]
     end_ = std::min(decade(2.0, 20.0) * 2.0 * M_PI / lowest_, kMostPhase / highest);
-    // all shadows end a step at the end, and the ticks of both rates begin together
+    // a step of each shadow ends at the end, and each coarse tick begins with a fine one
     const double rate = std::clamp(highest / decade(0.3, 3.0), 20.0 * lowest_ / 6.28, 5000.0);
     coarse_ticks_ = 16 * std::max(1LL, std::llround(end_ * lowest_ * decade(2.0, 30.0) / 16.0));
     ticks_ =
@@ -78,7 +78,7 @@ class RandomMotion {
       scene().modes.count = integer(3, static_cast<int>(structure.omega.size()) - 1);
     for (int i = 0; i < static_cast<int>(scene().points.size()); ++i) scene().publication.points.push_back(i);
     if (!specimen_.points) return;
-    // the other scene moves in the same way
+    // the scene of the truth moves in the same way
     specimen_.points->initial = scene().initial;
     specimen_.points->loads = scene().loads;
     std::erase_if(specimen_.points->loads, [](const Load& load) { return !load.wheels.empty(); });

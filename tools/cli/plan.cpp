@@ -37,7 +37,7 @@ JSON fields:
                the fidelity, and the substeps of a tick on a coupled rung
   rungs_tried  by fidelity: auto; for each: rung, finite, position [m], attitude [rad], elastic, meets
   verdict      null if nothing is judged, else of the motion with which the state is compared: fidelity, step [s];
-               horizon [s], every (one horizon in so many is judged), delay [s] of the result in a daemon
+               horizon [s], every (one in this many horizons is judged), delay [s] of the result in a daemon
   features     for each: feature, left_out, count, why, error [m], relative_error (to the largest displacement),
                error_per_force [m/N], relative_error_per_force, link_error [N, N m], link_error_per_force
   scene_uses   whether the scene has loads, follower_forces, feedback, dashpots, spin_load, attractor,

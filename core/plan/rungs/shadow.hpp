@@ -10,7 +10,7 @@
 namespace freeflex {
 
 /// Fills plan.verdict: the shadow, how it is stepped, and the errors that it shares with the plan. If no
-/// better plan supports the scene, the plan has no shadow, and plan.verdict says why.
+/// better plan supports the scene, the plan has no shadow, and plan.verdict states why.
 /// \param structure  structure of the scene, with all modes
 /// \param of_plan  structure from which the plan was compiled; it may have other modes for equal frequencies
 void compile_verdict(const Scene& scene, const Structure& structure, const Structure& of_plan, Plan& plan);
