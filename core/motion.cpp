@@ -34,30 +34,29 @@ void Motion::reset() noexcept {
 }
 
 std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int64_t tick) {
+  const std::string step = "in the step after tick " + std::to_string(tick);
+  const std::string point =
+      report.joint_point >= 0 ? " at point '" + plan.points[index(report.joint_point)].name + "'" : "";
   if (report.status == StepStatus::kNoFrame)
-    return "in the step after tick " + std::to_string(tick) +
+    return step +
            " the axes of the body are lost, because bodies have turned against each other so far (by some 90 "
            "degrees) that the deformation no longer defines these axes; use smaller loads, or add points "
            "with "
            "mass that are beside the line between the bodies and turn less";
   if (report.status == StepStatus::kOpenJoint)
-    return "in the step after tick " + std::to_string(tick) + " the ball joint at point '" +
-           plan.points[index(report.joint_point)].name +
-           "', or one that its bodies share with others, could not be closed, because the bodies have turned "
+    return step + " the ball joint" + point +
+           ", or one that its bodies share with others, could not be closed, because the bodies have turned "
            "too far against the axes of the structure; a joint with little mass allows smaller angles; "
            "end the run before, give the joint more mass, or use stiff bars in its place";
   if (report.status == StepStatus::kTurnedTooFar)
-    return "in the step after tick " + std::to_string(tick) + " the body at point '" +
-           plan.points[index(report.joint_point)].name +
-           (has_spread_mass(plan) ? "' has turned by more than 57 degrees against the axes of the structure, "
+    return step + " the body" + point +
+           (has_spread_mass(plan) ? " has turned by more than 57 degrees against the axes of the structure, "
                                     "which this fidelity does not support for links with spread mass; write "
                                     "lumped: true for the links with mass"
-                                  : "' has turned by more than 315 degrees against the axes of the "
-                                    "structure, which this fidelity does not support; end the run before, or "
-                                    "give the body as points joined by springs");
-  std::string text = "in the step after tick " + std::to_string(tick) + " a joint";
-  if (report.joint_point >= 0) text += " at point '" + plan.points[index(report.joint_point)].name + "'";
-  return text +
+                                  : " has turned by more than 315 degrees against the axes of the structure, "
+                                    "which this fidelity does not support; end the run before, or give the "
+                                    "body as points joined by springs");
+  return step + " a joint" + point +
          " has no equilibrium: a massless point snaps to another shape or hardly resists its load, or a beam "
          "or plate there buckles or bends too far for one element; use smaller loads or more elements, or "
          "give mass to the point";
