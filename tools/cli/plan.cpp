@@ -21,6 +21,7 @@ namespace {
 
 struct PlanOptions {
   std::string input;
+  io::Settings settings;
   std::vector<std::string> keep;
   bool json = false;
 };
@@ -28,6 +29,7 @@ struct PlanOptions {
 constexpr const char* kPlanFooter = R"(Example:
   freeflex plan service/scenes/boom.yaml
   freeflex plan boom.yaml --keep rotation small_modes
+  freeflex plan boom.yaml --set verdict=off
 JSON fields:
   name, modes, modes_of_scene, mode_numbers
                number of modes kept, number in the scene, and which are kept
@@ -77,10 +79,10 @@ Plans load(const PlanOptions& options) {
           " is a plan, whose features are fixed; to use --keep, name the scene that it was made from");
       return plans;
     }
-    plans.plan = load_or_explain(options.input, 0.0);
+    plans.plan = load_or_explain(options.input, 0.0, {}, options.settings);
     return plans;
   }
-  io::SceneResult read = io::read_scene(options.input);
+  io::SceneResult read = io::read_scene(options.input, options.settings);
   std::optional<Structure> structure;
   {
     Progress progress("set-up");
@@ -308,6 +310,7 @@ void add_plan(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "plan", "features of a scene that are kept or omitted, why, error bounds, ns per step");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
+  add_settings(*command, options->settings);
   command
       ->add_option("--keep", options->keep,
                    "features to keep even where the scene does not need them: " +
