@@ -442,12 +442,23 @@ TEST_F(Run, ARunWithASettingIsReplayedByThePlanCompiledWithThatSetting) {
   EXPECT_TRUE(contains(other.err, "fingerprint")) << other.err;
 }
 
+TEST_F(Run, AFlagWithAValueIsRefused) {
+  write_text(folder_ / "scene.yaml", pair(""));
+  for (const char* flag : {"--explain=2", "--json=false"}) {
+    const Outcome outcome =
+        run("cd " + folder_.path() + " && " + kFreeflex + " run scene.yaml --until 1 " + flag);
+    EXPECT_EQ(outcome.exit_code, 2) << flag;
+    EXPECT_TRUE(contains(outcome.err, std::string(flag).substr(0, std::string(flag).find('='))))
+        << outcome.err;
+  }
+}
+
 TEST_F(Run, AWrongSettingIsRefusedByEveryProgramInTheSameWords) {
   write_text(folder_ / "scene.yaml", pair(""));
   const std::string in_folder = "cd " + folder_.path() + " && ";
   const std::string message = "--set points.b.mass=-3: error: point 'b': mass is -3 kg, but must be >= 0\n";
   for (const std::string& command :
-       {kFreeflex + " check scene.yaml", kFreeflex + " modes scene.yaml",
+       {kFreeflex + " check scene.yaml", kFreeflex + " modes scene.yaml", kFreeflex + " plan scene.yaml",
         kFreeflex + " run scene.yaml --until 1 "
                     "--out a.log",
         kFreeflex + " compile scene.yaml -o a.plan", kFreeflexd + " scene.yaml --until 1"}) {

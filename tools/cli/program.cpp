@@ -26,6 +26,13 @@ int end_output(int exit_code) {
   return exit_code == kExitOk ? kExitDiffers : exit_code;
 }
 
+/// Makes "--flag=value" an error, also for the flags of subcommands.
+void refuse_values_of_flags(CLI::App& app) {
+  for (CLI::Option* option : app.get_options())
+    if (option->get_items_expected_max() == 0) option->disable_flag_override();
+  for (CLI::App* command : app.get_subcommands({})) refuse_values_of_flags(*command);
+}
+
 int run_command_line(int argc, char** argv, AddCommands add_commands) {
   end_when_interrupted(kExitInterrupted);
   // a write beyond the size limit of files then fails instead of ending the process
@@ -42,6 +49,7 @@ int run_command_line(int argc, char** argv, AddCommands add_commands) {
 
   int exit_code = kExitOk;
   add_commands(app, exit_code);
+  refuse_values_of_flags(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
