@@ -324,9 +324,10 @@ void print_effects(std::FILE* to, const Plan& plan, const std::vector<EffectSize
                    remedy_of(each.effect, plan).c_str());
       continue;
     }
-    std::fprintf(to, "  %-32s deformation %.1e m, attitude %.1e rad, position %.1e m; %s\n",
+    const bool is_absent = std::max({each.most.deformation, each.most.attitude, each.most.position}) == 0.0;
+    std::fprintf(to, "  %-32s deformation %.1e m, attitude %.1e rad, position %.1e m%s\n",
                  name_of(each.effect), each.most.deformation, each.most.attitude, each.most.position,
-                 remedy_of(each.effect, plan).c_str());
+                 is_absent ? "" : ("; " + remedy_of(each.effect, plan)).c_str());
   }
 }
 
