@@ -68,9 +68,8 @@ State make_state(const StepPlan& plan) {
     v->reserve(most_padded(plan));
     v->resize(n);
   }
-  if (is_coupled(plan))
-    for (auto* v : {&state.coupled.momentum, &state.coupled.rate_q, &state.coupled.rate_p}) v->resize(n);
   if (is_coupled(plan)) {
+    for (auto* v : {&state.coupled.momentum, &state.coupled.rate_q, &state.coupled.rate_p}) v->resize(n);
     state.coupled.joints = make_joint_state(plan.coupled.links.joints);
     state.coupled.massless = make_massless_motion(plan);
     for (auto* v : {&state.coupled.slow_q, &state.coupled.slow_p, &state.coupled.slow_change})

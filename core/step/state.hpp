@@ -136,8 +136,9 @@ struct CoupledWorkspace {
   Array rate_q_dot;              // (num_padded)
   Array filtered_q, filtered_p;  // (num_padded)
   Array slow_start;  // [m] (PlanCurve::modes) slow motion at the start of the substep; empty without filter
-  double slow_pace = 0.0;  // [m/s^2] by how much it moves in a substep, as forces over the mass
-  Array start_q, start_p;  // (num_padded) coordinates at the start of the step, if there are any
+  double slow_pace = 0.0;   // [m/s^2] by how much it moves in a substep, as forces over the mass
+  double least_pace = 0.0;  // [m/s^2] the same in a vibration that is too small to matter   (THEORY 12.96)
+  Array start_q, start_p;   // (num_padded) coordinates at the start of the step, if there are any
   // of turning bodies; empty without them
   std::vector<TurningMotion> bodies;
   Mat3 frame{};  // [kg m^2] factor of alpha in (THEORY 12.87) at the last evaluation

@@ -2,7 +2,6 @@
 
 #include <Eigen/SparseCholesky>
 #include <map>
-#include <utility>
 
 #include "core/index.hpp"
 

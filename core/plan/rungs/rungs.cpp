@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 #include "core/faults.hpp"
 #include "core/plan/modes/modal_coupling.hpp"

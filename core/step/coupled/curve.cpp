@@ -22,22 +22,6 @@ void copy_soft(const StepPlan& plan, const double* from, Array& to) noexcept {
   for_each_mode(plan.coupled.curve, [&](std::size_t, std::size_t mode) { to[mode] = 0.0; });
 }
 
-/// Sets w.V, w.W and w.theta, w.other_theta: the displacements of points and the rotations of joints and
-/// bodies at the coordinates w.soft and w.other.
-void set_displacements(const StepPlan& plan, CurveWorkspace& w) noexcept {
-  const std::size_t n = index(plan.num_padded);
-  const double *a = w.soft.data(), *b = w.other.data();
-  contract_points(plan, a, b, w.V, w.W);
-  const PlanJoints& joints = plan.coupled.links.joints;
-  double *x = w.theta.data(), *y = w.other_theta.data();
-  contract_two(joints.rows.data(), 3 * index(joints.num_joints), n, n, a, b, x, y);
-  x += 3 * index(joints.num_joints), y += 3 * index(joints.num_joints);
-  for (const PlanTurningBody& body : plan.coupled.turning.bodies) {
-    contract_two(body.rows.data() + 3 * n, 3, n, n, a, b, x, y);
-    x += 3, y += 3;
-  }
-}
-
 constexpr std::size_t kNumBends = 9, kNumLinkRows = 6;  // rows of a block of links
 
 FREEFLEX_KERNEL void bend_blocks(const double* __restrict links, std::size_t count,
@@ -99,6 +83,25 @@ void set_shape(const PlanCurve& curve, const Array& links, std::span<const Vec3>
   }
 }
 
+/// Sets the shapes of the coordinates w.soft and w.other, and the strains to 0. The displacements of points
+/// are w.V and w.W, the rotations of joints and bodies w.theta and w.other_theta.
+void set_two_shapes(const StepPlan& plan, CurveWorkspace& w, CurveShape& a, CurveShape& b) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  const double *soft = w.soft.data(), *other = w.other.data();
+  contract_points(plan, soft, other, w.V, w.W);
+  const PlanJoints& joints = plan.coupled.links.joints;
+  double *x = w.theta.data(), *y = w.other_theta.data();
+  contract_two(joints.rows.data(), 3 * index(joints.num_joints), n, n, soft, other, x, y);
+  x += 3 * index(joints.num_joints), y += 3 * index(joints.num_joints);
+  for (const PlanTurningBody& body : plan.coupled.turning.bodies) {
+    contract_two(body.rows.data() + 3 * n, 3, n, n, soft, other, x, y);
+    x += 3, y += 3;
+  }
+  set_shape(plan.coupled.curve, w.links, w.V, w.theta, a);
+  set_shape(plan.coupled.curve, w.links, w.W, w.other_theta, b);
+  for (Array& each : w.strain) std::fill(each.begin(), each.end(), 0.0);
+}
+
 /// Adds `factor` times the second derivative of the strains, applied to two shapes, to `strain`
 /// (THEORY 12.78):
 ///   eps = |d|^2 / (2 L) + L (|t_2 - t_1|^2 / 24 + skew_bow |t_1 + t_2|^2) of a link
@@ -130,10 +133,7 @@ void set_shapes(const StepPlan& plan, const double* q, const double* p, CurveWor
   const PlanCurve& curve = plan.coupled.curve;
   copy_soft(plan, q, w.soft);
   copy_soft(plan, p, w.other);
-  set_displacements(plan, w);
-  set_shape(curve, w.links, w.V, w.theta, w.of_q);
-  set_shape(curve, w.links, w.W, w.other_theta, w.of_p);
-  for (Array& each : w.strain) std::fill(each.begin(), each.end(), 0.0);
+  set_two_shapes(plan, w, w.of_q, w.of_p);
   add_strains(curve, w.links, 0.5, w.of_q, w.of_q, w.strain[0]);
   add_strains(curve, w.links, 1.0, w.of_q, w.of_p, w.strain[1]);
   set_shares(curve, w, w.s, w.s_dot);
@@ -254,13 +254,13 @@ double improve_slow_motion(const StepPlan& plan, const double* rate_q, const dou
   for_each_mode(curve, [&](std::size_t k, std::size_t) {
     const double x = w.slow_q[k], image = x + w.miss[k];
     double next = image;
-    for (std::size_t trial = 0; trial < index(w.num_tried); ++trial)
+    for (std::size_t trial = 0; trial < std::min<std::size_t>(index(w.num_tried), 2); ++trial)
       next -= g[trial] * (image - (w.tried[trial][k] + w.missed[trial][k]));
     w.tried[1][k] = w.tried[0][k], w.missed[1][k] = w.missed[0][k];
     w.tried[0][k] = x, w.missed[0][k] = w.miss[k];
     w.slow_q[k] = next;
   });
-  w.num_tried = std::min(w.num_tried + 1, 2);
+  ++w.num_tried;
   return distance;
 }
 
@@ -276,10 +276,7 @@ void curve_rates(const StepPlan& plan, double* rate_q, double* rate_p, CurveWork
   for (std::size_t l = 0; l < w.other.size(); ++l)
     w.other[l] = rate_p[l] - plan.omega[l] * (plan.omega[l] * w.q[l]) - 2.0 * plan.decay[l] * w.p[l];
   for_each_mode(curve, [&](std::size_t, std::size_t mode) { w.other[mode] = 0.0; });
-  set_displacements(plan, w);
-  set_shape(curve, w.links, w.V, w.theta, w.of_rate);
-  set_shape(curve, w.links, w.W, w.other_theta, w.of_acceleration);
-  for (Array& each : w.strain) std::fill(each.begin(), each.end(), 0.0);
+  set_two_shapes(plan, w, w.of_rate, w.of_acceleration);
   add_strains(curve, w.links, 1.0, w.of_q, w.of_rate, w.strain[0]);
   add_strains(curve, w.links, 1.0, w.of_q, w.of_acceleration, w.strain[1]);
   add_strains(curve, w.links, 1.0, w.of_p, w.of_p, w.strain[1]);

@@ -36,11 +36,11 @@ struct CurveWorkspace {
   Array s, s_dot;              // [m], [m/s] (num modes) foreshortening and its rate
   Array q, p;                  // (num_padded) linear coordinates of a stage
   // [m], [m/s] (num modes) slow motion of the curvilinear modes, from which the filter measures, and what was
-  // tried before: slow motions and how far their images are from them
+  // tried before: the last two slow motions and how far their images are from them
   Array slow_q, slow_p;
   std::array<Array, 2> tried, missed;
   Array miss;
-  int num_tried = 0;
+  int num_tried = 0;  // trials of the present stage; 0 begins the iteration with the present slow_q
 };
 
 CurveWorkspace make_curve_workspace(const StepPlan& plan);
@@ -60,8 +60,6 @@ void to_curved(const StepPlan& plan, const double* q, const double* p, double* y
 void filter(const StepPlan& plan, const double* y, const double* v, Array& q, Array& p,
             const CurveWorkspace& w) noexcept;
 
-/// Begins the iteration for the slow motion of a stage with the present w.slow_q.
-inline void begin_slow_motion(CurveWorkspace& w) noexcept { w.num_tried = 0; }
 /// Improves the slow motion from the rates at a stage, which are those at the present one. Its image is
 ///   y_hat = (n_y - 2 decay v_hat + n_q') / omega^2,   v_hat = -n_q   (THEORY 12.83)
 /// and the next one extrapolates from the images of the last three   (THEORY 12.96).

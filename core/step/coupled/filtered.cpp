@@ -1,6 +1,7 @@
 #include "core/step/coupled/filtered.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/step/coupled/curve.hpp"
 
@@ -25,13 +26,15 @@ constexpr double kSlowMiss = 0.002;
 // [-] A slow motion that moves by less than this share of itself counts as moving by this share. The joints
 // are found to 1e-7 rad.
 constexpr double kSlowFloor = 1e-7;
+// [-] A miss below this share of the slow motion may be due to rounding, which more trials do not reduce.
+constexpr double kRoundedShare = 1e-6;
 constexpr int kMostTrials = 12;
 
 }  // namespace
 
 double pace_of_slow_motion(const StepPlan& plan, const CoupledWorkspace& w) noexcept {
-  return std::max(distance_of_slow_motion(plan, w.curve, w.slow_start, 1.0),
-                  kSlowFloor * distance_of_slow_motion(plan, w.curve, w.slow_start, 0.0));
+  return std::max({distance_of_slow_motion(plan, w.curve, w.slow_start, 1.0), w.least_pace,
+                   kSlowFloor * distance_of_slow_motion(plan, w.curve, w.slow_start, 0.0)});
 }
 
 void evaluate_filtered(const StepLoads& step_loads, const double* q, const double* p, const StageState& stage,
@@ -39,13 +42,16 @@ void evaluate_filtered(const StepLoads& step_loads, const double* q, const doubl
   const StepPlan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   rate.rate_q_dot = w.rate_q_dot.data();
-  begin_slow_motion(w.curve);
-  for (int trial = 0; trial < kMostTrials; ++trial) {
+  double least = HUGE_VAL, last = HUGE_VAL;  // of the misses before the last two, and the last one
+  for (w.curve.num_tried = 0; w.curve.num_tried < kMostTrials;) {
     filter(plan, q, p, w.filtered_q, w.filtered_p, w.curve);
     evaluate_curved(step_loads, w.filtered_q.data(), w.filtered_p.data(), stage, workspace, rate);
     const double miss = improve_slow_motion(plan, rate.rate_q, rate.rate_p, rate.rate_q_dot, w.curve);
     w.slow_pace = std::max(w.slow_pace, pace_of_slow_motion(plan, w));
     if (!(miss > kSlowMiss * w.slow_pace)) return;
+    const double slow = distance_of_slow_motion(plan, w.curve, w.slow_start, 0.0);
+    if (miss < kRoundedShare * slow + w.least_pace && std::min(last, miss) > 0.5 * least) return;
+    least = std::min(least, last), last = miss;
   }
 }
 

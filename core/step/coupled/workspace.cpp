@@ -12,6 +12,9 @@ namespace freeflex {
 
 namespace {
 
+// [-] A vibration at the lowest frequency by this share of the size is too small to matter.
+constexpr double kLeastVibration = 1e-9;
+
 CoupledWorkspace make_workspace_without_probe(const StepPlan& plan) {
   CoupledWorkspace w;
   const std::size_t n = index(plan.num_padded);
@@ -34,7 +37,14 @@ CoupledWorkspace make_workspace_without_probe(const StepPlan& plan) {
                   &w.next.curved_p, &w.next.curved_rate_q, &w.next.curved_rate_p, &w.next.left_out_q,
                   &w.next.left_out_p})
     v->resize(plan.coupled.curve.modes.empty() ? 0 : n);
-  if (plan.coupled.curve.is_filtered) w.slow_start.resize(plan.coupled.curve.modes.size());
+  if (plan.coupled.curve.is_filtered) {
+    w.slow_start.resize(plan.coupled.curve.modes.size());
+    const double omega = plan.omega[index(plan.coupled.curve.modes.front())],
+                 phase = omega * plan.period / plan.coupled.num_substeps;
+    for (const PlanPoint& point : plan.points)
+      w.least_pace =
+          std::max(w.least_pace, kLeastVibration * length(point.r) * omega * omega * std::min(1.0, phase));
+  }
   for (auto* v : {&w.next.slow_q, &w.next.slow_p, &w.next.slow_change})
     v->resize(plan.coupled.curve.modes.size());
   w.stage_joints = w.next.joints = make_joint_state(links.joints);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include "core/step/coupled/stage.hpp"
 #include "core/step/linear/dense_lu.hpp"

@@ -1,7 +1,6 @@
 #include "core/step/turning/spread.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "core/step/coupled/stage.hpp"
 #include "core/step/coupled/tables.hpp"
