@@ -73,6 +73,7 @@ bool Judgement::take(const MotionState& state) noexcept {
   if (!shadow_ || !shadow_->take(state)) return false;
   judge(state);
   if (now_.level > worst_.level) worst_ = now_;
+  if (state.tick == state.epoch_start_tick && now_.level == Level::kGood) now_ = {};  // nothing moved yet
   return true;
 }
 
@@ -80,8 +81,7 @@ void Judgement::begin(const MotionState& state) noexcept {
   epoch_ = state.epoch;
   last_tick_ = state.tick;
   start_W_ = state.p_WB;
-  hidden_phase_ = ringing_ = 0.0;
-  peak_ = velocity_error_ = position_error_ = attractor_ratio_ = 0.0;
+  hidden_phase_ = ringing_ = peak_ = velocity_error_ = position_error_ = attractor_ratio_ = 0.0;
   now_ = worst_ = {};
 }
 

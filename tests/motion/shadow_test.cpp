@@ -82,12 +82,31 @@ TEST(Shadow, TheDistanceIsZeroAtTheStart) {
                               Fidelity::kCoupled, Fidelity::kCorotational, Fidelity::kFull}) {
     Scene scene = watched_truss(rung, 10.0);
     if (rung != Fidelity::kRigid) scene.initial.points = {{18, {0.0, 1e-3, -1e-3}, {0.1, 0.0, 0.0}}};
-    const Verdict verdict = Watched(scene).motion.verdict();
-    EXPECT_EQ(verdict.tick, 0);
-    EXPECT_EQ(verdict.error.deformation, 0.0) << name_of(rung);
-    EXPECT_EQ(verdict.error.position, 0.0);
-    EXPECT_EQ(verdict.error.attitude, 0.0);
-    EXPECT_EQ(verdict.level, Level::kGood);
+    const Watched watched(scene);
+    freeflex::Shadow shadow(watched.plan, watched.plan.verdict.shadows.front(), false);
+    EXPECT_TRUE(shadow.take(watched.state()));
+    EXPECT_EQ(shadow.error().deformation, 0.0) << name_of(rung);
+    EXPECT_EQ(shadow.error().position, 0.0);
+    EXPECT_EQ(shadow.error().attitude, 0.0);
+  }
+}
+
+// A distance of zero at the start says nothing about the first ticks, so they are not called good.
+TEST(Shadow, NothingIsJudgedBeforeItsFirstStep) {
+  for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kFull}) {
+    Scene scene = watched_truss(rung, 10.0);
+    scene.rate = 4000.0;
+    Watched watched(scene);
+    const std::int64_t first = watched.plan.verdict.shadows.front().ticks;
+    for (std::int64_t tick = 0; tick < 2 * first; ++tick) {
+      EXPECT_EQ(watched.motion.verdict().tick, tick < first ? -1 : first) << name_of(rung);
+      if (tick == 0) {
+        EXPECT_EQ(describe(watched.plan, watched.motion.verdict()), "not judged (no tick is judged yet)");
+      }
+      watched.motion.advance();
+    }
+    watched.motion.reset();
+    EXPECT_EQ(watched.motion.verdict().tick, -1);
   }
 }
 
@@ -99,7 +118,10 @@ TEST(Shadow, StartsFromTheInitialStateThatThePlanOmits) {
   const Verdict verdict = Watched(scene).motion.verdict();
   Scene elastic = scene;
   elastic.fidelity = Fidelity::kSeparated;
-  EXPECT_EQ(verdict.error.deformation, Watched(elastic).motion.verdict().displacement_now);
+  const Watched separated(elastic);
+  freeflex::Shadow shadow(separated.plan, separated.plan.verdict.shadows.front(), false);
+  shadow.take(separated.state());
+  EXPECT_EQ(verdict.error.deformation, shadow.displacement_of_state());
   EXPECT_EQ(verdict.cause, Cause::kRigid);
 }
 
@@ -130,11 +152,7 @@ TEST(Shadow, AfterAResetTheEstimateIsThatOfANewMotion) {
   const ForceCommand before = push(50.0, 1000), command = push(20.0, 33);
   watched.run(101, std::span(&before, 1));
   watched.motion.reset();
-  expect_same(Verdict(watched.motion.verdict()), [&] {
-    Verdict start = fresh.motion.verdict();
-    start.tick = 101;
-    return start;
-  }());
+  expect_same(watched.motion.verdict(), fresh.motion.verdict());
   watched.run(120, std::span(&command, 1));
   Verdict expected = fresh.run(120, std::span(&command, 1));
   EXPECT_GT(expected.error.deformation, 0.0);

@@ -114,8 +114,10 @@ void move(const RandomBody& body, const Plan& plan, TickRow& row) {
   row.substeps = rotation.total > kShortRotation ? substeps_for(rotation.substep_angle) : 1;
   constexpr double kMostTicks = 3000.0, kMostRotation = 2e4, kMostTime = 100.0;
   const double of_reference = kMostRotation / std::max(rotation.total, rotation.substep_angle);
-  row.ticks =
-      static_cast<std::int64_t>(std::clamp(std::min(kMostTime * body.rate, of_reference), 1.0, kMostTicks));
+  // a verdict needs one step of the shadow
+  row.ticks = std::max<std::int64_t>(
+      plan.verdict.shadows.front().ticks,
+      static_cast<std::int64_t>(std::clamp(std::min(kMostTime * body.rate, of_reference), 1.0, kMostTicks)));
   const double start = energy_of(plan, state);
   for (std::int64_t k = 0; k < row.ticks; ++k) {
     if (motion.advance().status != StepStatus::kOk) {

@@ -12,7 +12,8 @@
 
 namespace freeflex::tools {
 
-/// Result for one body in free motion, over 100 s, 3000 ticks or 20,000 rad, whichever is shortest.
+/// Result for one body in free motion, over 100 s, 3000 ticks or 20,000 rad, whichever is shortest, but at
+/// least until it is judged.
 struct TickRow {
   int number = 0;
   double rate = 0.0;           // [Hz]
