@@ -307,8 +307,9 @@ inline std::optional<KindVerdict> verdict_on(const RandomMotion& random, Fidelit
     result.has_stopped = true;
     return result;
   }
-  if (verdict.stopped == StepStatus::kOk)
+  if (verdict.stopped == StepStatus::kOk) {
     EXPECT_EQ(verdict.tick, ticks) << "the estimate and the truth must belong to the same time";
+  }
   const MotionState& state = motion.state();
   result.error.position = (Eigen::Map<const Eigen::Vector3d>(state.p_WB.data()) - truth.centre).norm() / size;
   Eigen::Matrix3Xd V(3, num_points);
