@@ -35,7 +35,7 @@ void warn_of_tick_rotations(const Scene& scene, const StepPlan& plan, Faults& fa
     add_warning(faults, scene.initial.origin,
                 join_text("the body rotates or nutates by ", rotation.substep_angle, " rad a tick at ", rate,
                           " Hz, but ", kMaxRotationSubsteps, " substeps per tick resolve at most ",
-                          2.0 * most, " rad, so the verdict will not be good; raise the rate to ",
+                          2.0 * most, " rad, so the attitude becomes wrong; raise the rate to ",
                           rate * rotation.substep_angle / most, " Hz or more"));
   // [rad] rotation theta at which the error theta^2 / 4 of the displacement due to loads fixed in the world
   // is 2 % (THEORY 15.8)
