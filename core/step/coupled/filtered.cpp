@@ -1,7 +1,7 @@
 #include "core/step/coupled/filtered.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 #include "core/step/coupled/curve.hpp"
 
@@ -42,7 +42,7 @@ void evaluate_filtered(const StepLoads& step_loads, const double* q, const doubl
   const StepPlan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   rate.rate_q_dot = w.rate_q_dot.data();
-  double least = HUGE_VAL, last = HUGE_VAL;  // of the misses before the last two, and the last one
+  double last = std::numeric_limits<double>::infinity(), least = last;  // last miss, least of those before
   for (w.curve.num_tried = 0; w.curve.num_tried < kMostTrials;) {
     filter(plan, q, p, w.filtered_q, w.filtered_p, w.curve);
     evaluate_curved(step_loads, w.filtered_q.data(), w.filtered_p.data(), stage, workspace, rate);
