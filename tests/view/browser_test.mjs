@@ -62,7 +62,7 @@ const DOTS = `(() => {
 
 test("points are drawn, and a push by the mouse is applied", { skip, timeout: 120000 }, async () => {
   writeFileSync(join(folder, "swing.yaml"), SWING);
-  const daemon = start("freeflexd", "swing.yaml", "--log-level", "error", "--socket", "none");
+  const daemon = start("freeflexd", "swing.yaml", "--verdict", "on", "--log-level", "error", "--socket", "none");
   const url = await urlOf(start("freeflex", "view", "swing.yaml"));
   await browser.open(url);
   await browser.until("window.freeflexPage?.live?.frame && freeflexPage.status");
