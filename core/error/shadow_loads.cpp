@@ -193,7 +193,7 @@ std::array<double, 3> moments_of_continuous(const PlanHistory& history, double p
   std::array<double, 3> A{};
   for (std::int32_t piece = 0; piece < kPieces * ticks; ++piece)
     for (std::size_t m = 0; m < 5; ++m) {
-      const std::int64_t half = 2 * kPieces * age + 2 * piece + static_cast<std::int64_t>(m) / 2;
+      const std::int64_t half = 2 * (kPieces * age + piece) + static_cast<std::int64_t>(m) / 2;
       const double f =
           m % 2 == 0 ? amplitude_right(history, fine, half) : amplitude_middle(history, fine, half);
       const double s = (piece + 0.25 * static_cast<double>(m)) / pieces, x = 2.0 * s - 1.0;
