@@ -482,7 +482,9 @@ TEST(Scale, DecaysAsTheSlowestMode) {
   scene.damping.modal_ratio = 0.02;
   scene.initial.modes = {{1, 1e-3, 0.0}};
   Watched watched(scene);
-  const double start = watched.motion.verdict().scale, decay = 0.02 * 8.785;
+  freeflex::Shadow shadow(watched.plan, watched.plan.verdict.shadows.front(), false);
+  shadow.take(watched.state());
+  const double start = shadow.displacement_of_state(), decay = 0.02 * 8.785;
   for (const double end : {1.0, 4.0, 20.0}) {
     const double scale = watched.run_to(end).scale,
                  lag = static_cast<double>(watched.plan.verdict.shadows[0].ticks) * watched.plan.period;
