@@ -47,14 +47,14 @@ std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int
     return step + " the ball joint" + point +
            ", or one that its bodies share with others, could not be closed, because the bodies have turned "
            "too far against the axes of the structure; a joint with little mass allows smaller angles; "
-           "end the run before, give the joint more mass, or use stiff bars in its place";
+           "end the run earlier, give the joint more mass, or use stiff bars in its place";
   if (report.status == StepStatus::kTurnedTooFar)
     return step + " the body" + point +
            (has_spread_mass(plan) ? " has turned by more than 57 degrees against the axes of the structure, "
                                     "which this fidelity does not support for links with spread mass; write "
                                     "lumped: true for the links with mass"
                                   : " has turned by more than 315 degrees against the axes of the structure, "
-                                    "which this fidelity does not support; end the run before, or give the "
+                                    "which this fidelity does not support; end the run earlier, or give the "
                                     "body as points joined by springs");
   return step + " a joint" + point +
          " has no equilibrium: a massless point snaps to another shape or hardly resists its load, or a beam "

@@ -32,7 +32,7 @@ class ShadowLoads {
   /// \param age  number of the first tick of the step since the epoch began
   const LoadsOverStep& end_step(std::int64_t tick, std::int64_t age) noexcept;
   /// Returns the loads of one substep of a tick. Commands are constant in a tick. Call skip_to() first.
-  /// \param age  number of the tick since the epoch began  \param substep  from 0
+  /// \param age  tick, counted from the start of the epoch  \param substep  index in the tick, from 0
   const LoadsOverStep& loads_of_substep(std::int64_t age, std::int32_t substep) noexcept;
   /// Returns the sum of the sizes of all forces of the last step, and of all torques over the size of the
   /// body [N]. Loads do not cancel in this sum.

@@ -31,7 +31,7 @@ TEST(TicksLong, NoWrongMotionOfAThousandRandomBodiesIsRatedGood) {
   }
   std::printf(
       "1000 random bodies: %d good, %d outside; of the good ones attitude off by %.1e rad at most, "
-      "energy of those that substeps resolve by %.1e\n",
+      "energy off by %.1e at most where substeps resolve the nutation\n",
       num_good, num_outside, worst_attitude, worst_energy);
   EXPECT_GT(num_good, 900);
   EXPECT_LT(worst_energy, 1e-9);

@@ -18,8 +18,8 @@ void expect_correct(const Family& family, unsigned first_seed) {
   const KindCounts counts =
       judge_family(family, first_seed, static_cast<int>(number_from("FREEFLEX_VERDICT_STRUCTURES", 40)));
   EXPECT_GE(counts.close, 0.95 * counts.comparable);
-  // corotational refuses scenes with the lowest modes alone, and dashpots that are too fast for its ticks,
-  // which are drawn at random
+  // corotational refuses scenes with the lowest modes alone, and dashpots that are too fast for its ticks.
+  // Some of the random dashpots are
   const int with_few_modes = family.keeps_lowest_modes ? counts.all / 3 : 0;
   EXPECT_LE(counts.refused, with_few_modes + 0.02 * counts.all);
   EXPECT_LE(counts.too_fast, 0.1 * counts.all);

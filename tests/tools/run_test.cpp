@@ -450,7 +450,7 @@ TEST_F(Run, AFlagWithAValueIsRefused) {
   for (const std::string flag : {"--explain", "--json"}) {
     const Outcome outcome = run(run_scene + flag + "=2");
     EXPECT_EQ(outcome.exit_code, 2) << flag;
-    EXPECT_TRUE(contains(outcome.err, "error: " + flag + " takes no value; omit '=' and the value\n"))
+    EXPECT_TRUE(contains(outcome.err, "error: " + flag + " takes no value; omit '=' and the text after it\n"))
         << outcome.err;
   }
 }

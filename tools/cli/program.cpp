@@ -26,7 +26,7 @@ int end_output(int exit_code) {
   return exit_code == kExitOk ? kExitDiffers : exit_code;
 }
 
-/// Makes "--flag=value" an error, also for the flags of subcommands.
+/// Makes a value of a flag, as in --json=2, an error for the program and all its subcommands.
 void refuse_values_of_flags(CLI::App& app) {
   for (CLI::Option* option : app.get_options())
     if (option->get_items_expected_max() == 0) option->disable_flag_override();

@@ -83,8 +83,8 @@ void set_shape(const PlanCurve& curve, const Array& links, std::span<const Vec3>
   }
 }
 
-/// Sets the shapes of the coordinates w.soft and w.other, and the strains to 0. The displacements of points
-/// are w.V and w.W, the rotations of joints and bodies w.theta and w.other_theta.
+/// Sets a to the shape of the coordinates w.soft, b to that of w.other, and the strains to 0. Stores the
+/// displacements of points in w.V and w.W, and the rotations of joints and bodies in w.theta, w.other_theta.
 void set_two_shapes(const StepPlan& plan, CurveWorkspace& w, CurveShape& a, CurveShape& b) noexcept {
   const std::size_t n = index(plan.num_padded);
   const double *soft = w.soft.data(), *other = w.other.data();

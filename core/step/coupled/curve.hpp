@@ -40,7 +40,7 @@ struct CurveWorkspace {
   Array slow_q, slow_p;
   std::array<Array, 2> tried, missed;
   Array miss;
-  int num_tried = 0;  // trials of the present stage; 0 begins the iteration with the present slow_q
+  int num_tried = 0;  // number of trials in this stage; 0 starts the iteration of a stage
 };
 
 CurveWorkspace make_curve_workspace(const StepPlan& plan);

@@ -112,7 +112,7 @@ class StiffnessSums {
   }
 
  private:
-  static constexpr Index kRows = 192;
+  static constexpr Index kRows = 192;  // more rows would not fit into the caches
   void flush() {
     if (at_ == 0) return;
     for (std::size_t load = 0; load < pulled_.size(); ++load) {
