@@ -214,8 +214,8 @@ void compile_kinetics(const Scene& scene, const Structure& structure, const Eige
 bool keeps_rotation_about_line(const Structure& structure) {
   constexpr double kRounding = 1e-8;  // [-] over the size of the modes; shapes are exact to 1e-12 or better
   const MassProperties& body = structure.mass_properties;
-  if (body.rigid_freedoms != 5) return true;
   const Eigen::MatrixXd& b = particle_shapes(structure);
+  if (body.rigid_freedoms != 5 || b.cols() == 0) return true;
   Eigen::MatrixXd second_order_sum(b.rows(), b.cols()), weighted = b;
   for (Eigen::Index i = 0; i < structure.particles.mass.size(); ++i) {
     for (Eigen::Index l = 0; l < b.cols(); ++l)

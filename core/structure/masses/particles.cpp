@@ -140,12 +140,11 @@ std::vector<RotatingBody> rotating_bodies(const Scene& scene, const Structure& s
 // sum m (w x r) . (x_2' + w x x_2)   (THEORY 12.47), hence G_kl = sum m r x g_kl and
 // Z_kl,ab = sum m (b_k,a b_l,b + r_a g_kl,b)   (THEORY 12.48).
 Eigen::MatrixXd second_order(const RotatingBody& body, int a, int b) {
+  if (body.theta.cols() == 0) return Eigen::MatrixXd(0, 0);
   const Eigen::RowVectorXd swept = body.arms.row(a) * body.theta, rotation = body.theta.row(b);
   return 0.5 * (swept.transpose() * rotation + rotation.transpose() * swept) -
          body.arms(a, b) * (body.theta.transpose() * body.theta);
 }
-
-namespace {}  // namespace
 
 Eigen::Matrix3d field_moments(const Structure& structure, Eigen::Index mode) {
   Eigen::Matrix3d Y = Eigen::Matrix3d::Zero();
