@@ -41,8 +41,7 @@ std::string reworded(const CLI::ParseError& error) {
   constexpr std::string_view kValueOfFlag = " was given a disallowed flag override";
   if (text.ends_with(kValueOfFlag))
     return "--" + text.substr(0, text.size() - kValueOfFlag.size()) +
-           " takes no value; omit '=' and the text "
-           "after it";
+           " takes no value; omit '=' and the text after it";
   const bool is_count = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ArgumentMismatch);
   const std::size_t colon = text.find(": ");
   if (!is_count || colon == std::string::npos) return text;

@@ -170,7 +170,7 @@ namespace {
 
 /// Returns int a(s) P_j(2 s - 1) ds for a pulse as the scene gives it, which need not begin and end at ticks.
 /// \param period  [s] length of a tick, or of a substep if the step is one
-/// \param age  start of the step since the epoch began, in periods  \param ticks  its length, in periods
+/// \param age  [periods] from the start of the epoch to that of the step  \param ticks  [periods] its length
 std::array<double, 3> moments_of_pulse(const PlanHistory& history, double period, std::int64_t age,
                                        double ticks) noexcept {
   const auto share = [&](double time) {

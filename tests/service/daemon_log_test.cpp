@@ -28,7 +28,7 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 /// Makes a daemon write many log lines. The function sends a thousand STATUS messages a second, each of
-/// another session, and kills the ingress five times a second at first.
+/// another session. It kills the ingress after 200 ms, and then after pauses that grow by a tenth.
 class Provoker {
  public:
   Provoker(BusClient& client, const Process& daemon, const std::string& prefix)
@@ -46,7 +46,7 @@ class Provoker {
       }
       if (now >= next_kill_) {
         send_signal(find_ingress(daemon_), SIGKILL);
-        // ever later, because an ingress that is built with a sanitizer takes longer to start beside other work
+        // the pauses grow, because beside other work an ingress that is built with a sanitizer starts slowly
         next_kill_ = now + kill_every_;
         kill_every_ += kill_every_ / 10;
       }

@@ -40,7 +40,7 @@ struct CurveWorkspace {
   Array slow_q, slow_p;
   std::array<Array, 2> tried, missed;
   Array miss;
-  int num_tried = 0;  // number of trials in this stage; 0 starts the iteration of a stage
+  int num_tried = 0;  // number of trials made in this stage; 0: its iteration has not begun
 };
 
 CurveWorkspace make_curve_workspace(const StepPlan& plan);
