@@ -299,7 +299,7 @@ TEST(ReportTrueGeometry, BodiesWithInertiaAndWheelsAreTaken) {
              "  - {name: motor, wheels: {w: 5}, pulse: {start: 0, duration: 0.01}}\n"
              "initial: {angular_velocity: [0.2, 0.1, 0.5]}\n");
   const Outcome outcome =
-      run(kFreeflex + " report --repeats 1 --until 0.02 --budget 0.02 --json " + folder / "scene.yaml");
+      run(kFreeflex + " report --repeats 1 --until 0.02 --budget 0.1 --json " + folder / "scene.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto read = nlohmann::json::parse(outcome.out)["scenes"][0];
   EXPECT_LT(read["reference"]["accuracy"], 1e-8);
