@@ -84,8 +84,8 @@ TEST_F(Help, ListsTheJsonFieldsOfStudies) {
       expect_documented("report --json --repeats 1 --until 0.05 --budget 0.2 --estimates 1 scene.yaml");
   EXPECT_FALSE(report["scenes"][0]["comparisons"].empty());
   EXPECT_FALSE(report["estimates"]["scenes"].empty());
-  // The interrupt leaves only the first cases, which already have all fields. A program that is built with a
-  // sanitizer may need longer than a second for the first case beside other work.
+  // An interrupt leaves only the first cases, which already have all fields. If the first case is not done
+  // after a second, as with a sanitizer on a busy machine, the interrupt comes later.
   Outcome cut;
   Json table;
   for (int seconds = 1; seconds <= 16 && !table.is_object(); seconds *= 4) {

@@ -186,8 +186,8 @@ TEST_F(BesideStrangers, ViewKeepsRunningAndShowsTheDaemon) {
   Connection browser(port);
   ASSERT_TRUE(browser.open_socket(port, "http://127.0.0.1:" + std::to_string(port), token)
                   .starts_with("HTTP/1.1 101"));
-  // returns the next text that contains `part`, or "" if none came. A read waits for 5 s. Beside other work,
-  // a view that is built with a sanitizer needs more than twice that for 150 pages.
+  // returns the next text that contains `part`, or "" if none came. A read waits for 5 s. A view
+  // that is built with a sanitizer may send nothing for longer than 10 s while it reads 150 pages.
   const auto next_text = [&](const std::string& part) {
     constexpr int kMostSilent = 12;
     for (int k = 0, num_silent = 0; k < 5000 && num_silent < kMostSilent; ++k) {
