@@ -73,8 +73,7 @@ bool Judgement::take(const MotionState& state) noexcept {
   if (!shadow_ || !shadow_->take(state)) return false;
   judge(state);
   if (now_.level > worst_.level) worst_ = now_;
-  if (state.tick == state.epoch_start_tick && now_.level == Level::kGood)
-    now_ = {};  // the shadow is still equal
+  if (state.tick == state.epoch_start_tick && now_.level == Level::kGood) now_ = {};  // the shadow is equal
   return true;
 }
 

@@ -30,9 +30,8 @@ constexpr double kHorizon = 10.0, kHorizonOfSome = 2.0;
 // high modes: half a tick of 80 Hz gave an estimate of 5.9e-3 for an error of 4.0e-2.
 constexpr double kDividedPhase = 0.5;
 // [rad] Largest phase of the fastest mode in the step of a shadow beside a motion with true geometry, if this
-// is cheap. Without it, the estimate lacks the error of modes that neither motion resolves. Rods with 938
-// rad/s at 66 Hz have an error of 9.03e-3; the estimate is 2.1e-3 without and 9.01e-3 with it
-// (verdict_kinds_test).
+// is cheap. Without it, the estimate lacks the error of modes that neither motion resolves: 2.1e-3,
+// and 9.01e-3 with it, for rods with 938 rad/s at 66 Hz and an error of 9.03e-3 (verdict_kinds_test).
 constexpr double kFastestPhase = 2.0;
 // Number of points up to which the shadow of a plan with its lowest modes has all modes, and [B] largest
 // memory of the mode shapes of a shadow with twice as many.
