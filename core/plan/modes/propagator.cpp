@@ -4,6 +4,7 @@
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cassert>
 #include <cstdint>
+#include <map>
 
 namespace freeflex {
 namespace {
@@ -14,11 +15,11 @@ using Real =
     boost::multiprecision::number<boost::multiprecision::cpp_bin_float<120>, boost::multiprecision::et_off>;
 
 /// Holds the response of one mode over a step of unit length, W = omega h, a = decay h: P11 = P_qq = 1 - W^2
-/// S (THEORY 6.2), the impulse response g at the end of the step, its integral S and the integral R of S. The
-/// last three are the divided differences g = exp[z+, z-], S = exp[z+, z-, 0], R = exp[z+, z-, 0, 0] with z+,
-/// z- = -a +- sqrt(a^2 - W^2) (THEORY 6.4).
+/// S (THEORY 6.2), the impulse response g at the end of the step, its integral S, the integral R of S and the
+/// integral T of R. The last four are the divided differences g = exp[z+, z-], S = exp[z+, z-, 0], R =
+/// exp[z+, z-, 0, 0] and T = exp[z+, z-, 0, 0, 0] with z+, z- = -a +- sqrt(a^2 - W^2) (THEORY 6.4, 12.14).
 struct UnitStep {
-  Real P11, g, S, R;
+  Real P11, g, S, R, T;
 };
 
 /// Returns the size of a term at which a series is truncated.
@@ -30,19 +31,21 @@ const Real& smallest_term() {
 /// Returns the response for small W and a, by a Taylor series of the impulse response. This series needs no
 /// square root.
 UnitStep from_series(const Real& W, const Real& a) {
-  UnitStep unit{0, 0, 0, 0};
-  Real h = 1, h_before = 0, factorial = 1;  // h_j, h_(j-1), (j+1)!
+  UnitStep unit{0, 0, 0, 0, 0};
+  const Real W2 = W * W, a2 = 2 * a;
+  Real term = 1, before = 0;  // h_j / (j+1)!, h_(j-1) / j! with h_(j+1) = -2 a h_j - W^2 h_(j-1)
   for (int j = 0; j < 300; ++j) {
-    unit.g += h / factorial;
-    unit.S += h / (factorial * (j + 2));
-    unit.R += h / (factorial * (j + 2) * (j + 3));
-    if ((abs(h) + abs(h_before)) / factorial < smallest_term()) break;
-    const Real next = -2 * a * h - W * W * h_before;
-    h_before = h;
-    h = next;
-    factorial *= j + 2;
+    const Real S = term / (j + 2), R = S / (j + 3);
+    unit.g += term;
+    unit.S += S;
+    unit.R += R;
+    unit.T += R / (j + 4);
+    if (abs(term) + abs(before) / (j + 1) < smallest_term()) break;
+    const Real next = -(a2 * term + W2 * before / (j + 1)) / (j + 2);
+    before = term;
+    term = next;
   }
-  unit.P11 = 1 - W * W * unit.S;
+  unit.P11 = 1 - W2 * unit.S;
   return unit;
 }
 
@@ -63,6 +66,7 @@ UnitStep from_roots(const Real& W, const Real& a) {
   }
   unit.S = (1 - unit.P11) / (W * W);
   unit.R = (1 - unit.g - 2 * a * unit.S) / (W * W);
+  unit.T = (Real(0.5) - unit.S - 2 * a * unit.R) / (W * W);
   return unit;
 }
 
@@ -88,30 +92,6 @@ Real mean_ramp(const Real& x) {
   return sum;
 }
 
-/// Returns the response for W < 1 <= a, including W = 0, by divided differences over the two real roots.
-/// These roots are well separated.
-UnitStep from_decays(const Real& W, const Real& a) {
-  const Real D = sqrt((a - W) * (a + W)), fast = a + D, slow = W * W / fast;
-  UnitStep unit;
-  unit.g = (exp(-slow) - exp(-fast)) / (2 * D);
-  unit.P11 = exp(-slow) + slow * unit.g;
-  unit.S = (mean_decay(slow) - mean_decay(fast)) / (2 * D);
-  unit.R = (mean_ramp(slow) - mean_ramp(fast)) / (2 * D);
-  return unit;
-}
-
-UnitStep unit_step(const Real& W, const Real& a) {
-  if (W >= 1) return from_roots(W, a);
-  return a < 1 ? from_series(W, a) : from_decays(W, a);
-}
-
-/// Splits P into its leading 26 bits C and the rest L, which is rounded to double: P = C + L (THEORY 6.5).
-void split(const Real& P, double& leading, double& rest) {
-  constexpr std::uint64_t kMask = ~((std::uint64_t{1} << 27) - 1);
-  leading = std::bit_cast<double>(std::bit_cast<std::uint64_t>(P.convert_to<double>()) & kMask);
-  rest = (P - Real(leading)).convert_to<double>();
-}
-
 /// Returns (x^2 / 2 - x + 1 - exp(-x)) / x^3.
 Real mean_square(const Real& x) {
   if (x >= 1) return (x * x / 2 - x + 1 - exp(-x)) / (x * x * x);
@@ -123,23 +103,37 @@ Real mean_square(const Real& x) {
   return sum;
 }
 
-/// Returns nu_3 = exp[z+, z-, 0, 0, 0], the integral of R   (THEORY 12.14).
-Real third_difference(const UnitStep& unit, const Real& W, const Real& a) {
-  if (W >= 1) return (Real(0.5) - unit.S - 2 * a * unit.R) / (W * W);
-  if (a >= 1) {
-    const Real D = sqrt((a - W) * (a + W)), fast = a + D, slow = W * W / fast;
-    return (mean_square(slow) - mean_square(fast)) / (2 * D);
-  }
-  Real sum = 0, h = 1, h_before = 0, factorial = 1;
-  for (int j = 0; j < 300; ++j) {
-    sum += h / (factorial * (j + 2) * (j + 3) * (j + 4));
-    if ((abs(h) + abs(h_before)) / factorial < smallest_term()) break;
-    const Real next = -2 * a * h - W * W * h_before;
-    h_before = h;
-    h = next;
-    factorial *= j + 2;
-  }
-  return sum;
+/// Returns the response for W < 1 <= a, including W = 0, by divided differences over the two real roots.
+/// These roots are well separated.
+UnitStep from_decays(const Real& W, const Real& a) {
+  const Real D = sqrt((a - W) * (a + W)), fast = a + D, slow = W * W / fast;
+  UnitStep unit;
+  unit.g = (exp(-slow) - exp(-fast)) / (2 * D);
+  unit.P11 = exp(-slow) + slow * unit.g;
+  unit.S = (mean_decay(slow) - mean_decay(fast)) / (2 * D);
+  unit.R = (mean_ramp(slow) - mean_ramp(fast)) / (2 * D);
+  unit.T = (mean_square(slow) - mean_square(fast)) / (2 * D);
+  return unit;
+}
+
+/// Returns the response over a step of length h. Each thread keeps the last ones, because plans of one
+/// structure are compiled several times, and in campaigns thousands of times.
+UnitStep unit_step(double omega, double decay, double h) {
+  constexpr std::size_t kMostKept = 4096;  // of 400 bytes each
+  thread_local std::map<std::array<double, 3>, UnitStep> kept;
+  const auto known = kept.find({omega, decay, h});
+  if (known != kept.end()) return known->second;
+  const Real W = Real(omega) * h, a = Real(decay) * h;
+  const UnitStep unit = W >= 1 ? from_roots(W, a) : a < 1 ? from_series(W, a) : from_decays(W, a);
+  if (kept.size() >= kMostKept) kept.clear();
+  return kept[{omega, decay, h}] = unit;
+}
+
+/// Splits P into its leading 26 bits C and the rest L, which is rounded to double: P = C + L (THEORY 6.5).
+void split(const Real& P, double& leading, double& rest) {
+  constexpr std::uint64_t kMask = ~((std::uint64_t{1} << 27) - 1);
+  leading = std::bit_cast<double>(std::bit_cast<std::uint64_t>(P.convert_to<double>()) & kMask);
+  rest = (P - Real(leading)).convert_to<double>();
 }
 
 /// Writes the four entries of the matrix scale * (mu_k I + nu_k h L) in the order of PlanCoupled::Entry,
@@ -164,7 +158,7 @@ ModeFunctions mode_functions(double omega, double decay, double period) {
   const Real h(period), half = h / 2;
   for (const Real& t : {half, h}) {
     const Real W = Real(omega) * t, a = Real(decay) * t;
-    const UnitStep unit = unit_step(W, a);
+    const UnitStep unit = unit_step(omega, decay, t.convert_to<double>());
     const bool is_half = t < h;
     // the nu_k for k = 0 to 3 are g, S, R, T; mu_0 - 1 = -W^2 nu_1, mu_k = nu_(k-1) + 2 a nu_k
     // (THEORY 12.14)
@@ -176,10 +170,9 @@ ModeFunctions mode_functions(double omega, double decay, double period) {
       put(alpha_2, unit.R, W, a, t, h, entries(PlanCoupled::kHalf2));
       continue;
     }
-    const Real T = third_difference(unit, W, a);
     put(alpha_1, unit.S, W, a, t, t, entries(PlanCoupled::kStep1));
     put(alpha_2, unit.R, W, a, t, t, entries(PlanCoupled::kStep2));
-    put(unit.R + 2 * a * T, T, W, a, t, t, entries(PlanCoupled::kStep3));
+    put(unit.R + 2 * a * unit.T, unit.T, W, a, t, t, entries(PlanCoupled::kStep3));
   }
   return all;
 }
@@ -187,7 +180,7 @@ ModeFunctions mode_functions(double omega, double decay, double period) {
 void set_mode(Propagator& propagator, int index, double omega, double decay, double period, double mass) {
   assert(omega >= 0.0 && decay >= 0.0 && period > 0.0 && mass > 0.0);
   const Real h(period), W = Real(omega) * h, a = Real(decay) * h, M(mass);
-  const UnitStep unit = unit_step(W, a);
+  const UnitStep unit = unit_step(omega, decay, period);
   Propagator::Lanes& lanes = propagator.lanes[static_cast<std::size_t>(index) / kLanes];
   const std::size_t l = static_cast<std::size_t>(index) % kLanes;
   split(unit.P11, lanes.c_qq[l], lanes.l_qq[l]);
