@@ -360,7 +360,7 @@ TEST_F(Schema, AcceptsEveryShippedOrRecordedScene) {
   const std::filesystem::path top = FREEFLEX_SOURCE_DIR;
   for (const char* below : {"service/scenes", "tests"})
     for (const auto& entry : std::filesystem::recursive_directory_iterator(top / below))
-      if (entry.path().extension() == ".yaml") {
+      if (entry.path().extension() == ".yaml" && entry.path().parent_path().filename() != "campaigns") {
         names.push_back(entry.path().string());
         texts.push_back(read_file(entry.path()));
       }

@@ -121,6 +121,32 @@ TEST(Settings, ChangeRowsOfTablesByTheirNames) {
   EXPECT_EQ(scene.points[5].origin.line, 3);
 }
 
+TEST(Settings, ChangeOneNumberOfAList) {
+  const Scene scene = good({"points.hub.at.3=0.25", "points.r2.at.1=7", "loads.kick.forces.mid.2=6"});
+  EXPECT_EQ(scene.points[0].position, Eigen::Vector3d(0, 0, 0.25));
+  EXPECT_EQ(scene.points[1].position, Eigen::Vector3d(1, 0, 0));
+  EXPECT_EQ(scene.points[5].position, Eigen::Vector3d(7, 1, 0));
+  EXPECT_EQ(scene.loads[0].forces[0].force, Eigen::Vector3d(0, 6, 0));
+}
+
+TEST(Settings, MultiplyIfThePathEndsWithAStar) {
+  EXPECT_EQ(masses(good({"points.hub.mass*=1.5"})), (std::vector<double>{15, 10, 2, 2, 1, 1}));
+  EXPECT_EQ(masses(good({"points.*.mass*=3"})), (std::vector<double>{30, 30, 6, 6, 3, 3}));
+  EXPECT_EQ(stiffnesses(good({"links.*.stiffness*=2"})),
+            (std::vector<double>{2e5, 2e5, 2e5, 200, 400, 600, 800}));
+  const Scene scene = good({"loads.kick.forces.mid*=2", "points.r2.at.1*=4", "points.hub.mass=3",
+                            "points.hub.mass*=2", "points.hub.mass*=2"});
+  EXPECT_EQ(scene.loads[0].forces[0].force, Eigen::Vector3d(0, 10, 0));
+  EXPECT_EQ(scene.points[5].position, Eigen::Vector3d(8, 1, 0));
+  EXPECT_EQ(scene.points[0].mass, 12.0) << "settings apply one after the other";
+  const std::string partial =
+      "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
+      "links: [{spring: [a, b], stiffness: 1, viscous: 0.5}, {spring: [a, b], stiffness: 2}]\n";
+  const Scene damped = good({"links.*.viscous*=3"}, partial);
+  EXPECT_EQ(damped.links[0].viscous, 1.5);
+  EXPECT_EQ(damped.links[1].viscous, 0.0) << "items without the value keep their default";
+}
+
 TEST(Settings, AddAKeyThatTheItemAcceptsButLacks) {
   const Scene scene = good({"points.hub.inertia=[1, 1, 1]", "points.r1.offset=[0, 0, 0.1]",
                             "damping.ratio=0.02", "damping.modes.1=0.03", "links.skin.density=2700",
@@ -313,8 +339,28 @@ INSTANTIATE_TEST_SUITE_P(
             "the scene"),
         bad("GoesOnBeyondAValue", "points.hub.mass.x=1",
             "points.hub.mass is one value and is set as a whole; end the path there"),
-        bad("GoesOnBeyondAList", "points.hub.at.2=1",
+        bad("GoesOnBeyondAList", "points.hub.at.x=1",
             "points.hub.at is a list of numbers and is set as a whole; end the path there"),
+        bad("NumberBehindAList", "points.hub.at.4=1", "points.hub.at has the numbers 1 to 3, but not 4"),
+        bad("NumberOfAnAbsentList", "points.hub.inertia.1=1",
+            "there is no list at points.hub.inertia; set the whole list, as in points.hub.inertia=[0, 0, 1]"),
+        bad("TextForANumberOfAList", "points.hub.at.2=[1]",
+            "point 'hub': at is a list, but must be a number [m]"),
+        bad("ProductOfAnAbsentValue", "points.hub.inertia*=2",
+            "there is no value to multiply at points.hub.inertia; write it into the scene, or set it without "
+            "the * at the end of the path"),
+        bad("ProductOfValuesThatAllItemsLack", "links.*.viscous*=2",
+            "there is no value to multiply at links.*.viscous; write it into the scene, or set it without "
+            "the * at the end of the path"),
+        bad("FactorThatIsNoNumber", "points.hub.mass*=[1]",
+            "the value is a list, but must be a number, because the path ends with * and multiplies"),
+        bad("ProductOfAMapping", "loads.kick.forces*=2",
+            "the path ends with * and multiplies, but loads.kick.forces is a mapping, which is neither a "
+            "number nor a list of numbers"),
+        bad("ProductOutOfRange", "points.hub.mass*=-1", "point 'hub': mass is -10 kg, but must be >= 0"),
+        bad("StarWithinAName", "points.r*.mass=1",
+            "'r*' has a * beside other characters at character 8 of the path; * alone stands for all items, "
+            "and a * at the end of the path multiplies"),
         bad("GoesOnBeyondANamedList", "loads.kick.forces.mid.x=1",
             "loads.kick.forces.mid is a list of numbers and is set as a whole; end the path there"),
         bad("AllKeys", "damping.*=1",

@@ -493,8 +493,13 @@ const Section kScene{
     {},
     {{"error_budget",
       "has become verdict, the distance from the same motion on a better plan, which is computed without "
-      "this "
-      "key too; remove the key, or write verdict: {horizon: S}"}}};
+      "this key too; remove the key, or write verdict: {horizon: S}"}}};
+
+const Section kBasedScene{
+    "scene",
+    {key("name", Form::kName, "Name of the scene; default: that of the base."),
+     required(key("base", Form::kText, "File of another scene, which this scene changes.")),
+     key("set", Form::kSection, "Values by their paths, which are set in the base.")}};
 
 }  // namespace sections
 }  // namespace freeflex::io::reader

@@ -102,11 +102,11 @@ inline constexpr LossRefusal kDashpotLosses{
     "is not for dashpots, because they have no stiffness; use damping, or add a spring",
     "is not for dashpots, because they have no stiffness; use damping, or add a spring"};
 
-/// The sections of a scene. The root is kScene.
+/// The sections of a scene. The root is kScene, or kBasedScene if the scene has a base.
 namespace sections {
-extern const Section kScene, kTolerance, kVerdict, kPoint, kPointTable, kLinkTable, kRelease, kDamping,
-    kRayleigh, kAttractor, kInitial, kInitialPoint, kInitialMode, kWheel, kLoad, kWrench, kPulse, kSine,
-    kTable, kFeedback, kLeaveOut, kModes, kPublish, kPublishedPoints, kPublishedLoads, kCommands;
+extern const Section kScene, kBasedScene, kTolerance, kVerdict, kPoint, kPointTable, kLinkTable, kRelease,
+    kDamping, kRayleigh, kAttractor, kInitial, kInitialPoint, kInitialMode, kWheel, kLoad, kWrench, kPulse,
+    kSine, kTable, kFeedback, kLeaveOut, kModes, kPublish, kPublishedPoints, kPublishedLoads, kCommands;
 /// One section for each kind of link. The name of a section is the key that gives the kind.
 extern const std::vector<Section> kLinks;
 }  // namespace sections

@@ -107,9 +107,10 @@ bool is_table(const Node& node) {
 
 Scene SceneReader::read(int source, const std::string& name) {
   scene_.name = name;
-  const Node* root = tree_.parse(report_, source);
-  settings_.emplace(report_, tree_, given_settings_);
+  const Node* root = read_bases(tree_.parse(report_, source));
+  settings_.emplace(report_, tree_, settings_of_all_);
   if (const Node* changed = settings_->apply(root)) read_sections(*changed);
+  if (!given_name_.empty()) scene_.name = given_name_;
   return std::move(scene_);
 }
 

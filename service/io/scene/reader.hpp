@@ -20,9 +20,9 @@ bool is_table(const Node& node);
 class SceneReader {
  public:
   /// \param folder    base of relative file names
-  /// \param settings  values set in the scene; must outlive this object
-  SceneReader(Report& report, std::string folder, const Settings& settings)
-      : report_(report), folder_(std::move(folder)), given_settings_(settings) {}
+  /// \param settings  values set in the scene
+  SceneReader(Report& report, std::string folder, Settings settings)
+      : report_(report), folder_(std::move(folder)), settings_of_all_(std::move(settings)) {}
   /// Reads the text of a source. Adds every fault to the report. The scene is complete only if there is no
   /// error.
   /// \param name  name of a scene that has none
@@ -58,6 +58,11 @@ class SceneReader {
   /// Returns the items of a list, or an empty list after reporting a fault. A mapping is treated as a list of
   /// one item.
   std::vector<const Node*> read_list(const Node& node, const std::string& label, const std::string& of);
+
+  // base.cpp
+  /// Returns the root of the scene on which all others are based, and adds the values that they set.
+  /// Returns nullptr after reporting a fault.
+  const Node* read_bases(const Node* root);
 
   // points.cpp
   void read_points(const Node& node);
@@ -114,7 +119,8 @@ class SceneReader {
 
   Report& report_;
   std::string folder_;
-  const Settings& given_settings_;
+  Settings settings_of_all_;  // those of the scene's bases, then those that the caller gave
+  std::string given_name_;    // name that a scene with a base gives itself, or empty
   YamlTree tree_;
   std::optional<SceneSettings> settings_;  // set once the scene is parsed
   Scene scene_;
@@ -127,6 +133,12 @@ class SceneReader {
   Names wheels_{"wheel"};
   Names feedbacks_{"feedback"};
 };
+
+/// Returns YAML text of one line that parses to the same node.
+std::string flow_text(const Node& node);
+/// Reads a mapping of paths to values, or a list of such mappings.
+/// \param file  file that messages name with the path and the value
+Settings read_settings(Report& report, const Node& node, const std::string& label, const std::string& file);
 
 /// Reports the first point that exceeds the largest number of points, if there is one.
 /// \param is_whole  false: reading stopped, so the file may have more points than the scene

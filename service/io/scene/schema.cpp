@@ -222,6 +222,14 @@ std::string scene_schema() {
       {"title", "freeflex scene"},
       {"description", "A free flexible structure, the loads on it and the published data. SI units."}};
   schema.update(schema_of(sections::kScene));
+  // a scene with a base has no points of its own
+  schema.erase("required");
+  schema["anyOf"] = {{{"required", {"points"}}}, {{"required", {"base"}}}};
+  schema["dependencies"] = {{"set", {"base"}}};
+  schema["properties"]["base"] = {{"type", "string"},
+                                  {"description", sections::kBasedScene.at("base").about}};
+  schema["properties"]["set"] = {{"type", {"object", "array"}},
+                                 {"description", sections::kBasedScene.at("set").about}};
   Json definitions = common_definitions();
   add_definitions(sections::kScene, definitions);
   schema["definitions"] = std::move(definitions);

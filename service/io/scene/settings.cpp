@@ -111,8 +111,16 @@ std::string parse_path(const std::string& path, std::vector<PathStep>& steps) {
         return quote(step.text) + " must be a key, a name, a number or *" + at(step.begin) +
                "; separate keys and names by dots, as in points.hub.mass";
     }
+    // a last step such as EA* multiplies; the step * alone means all items
+    if (!step.is_quoted && i == path.size() && step.text.size() > 1 && step.text.back() == '*') {
+      step.text.pop_back();
+      step.is_multiplied = true;
+    }
     if (step.text.empty()) return "a key or a name is missing" + at(step.begin);
-    step.end = i;
+    if (!step.is_quoted && step.text.size() > 1 && step.text.find('*') != std::string::npos)
+      return quote(step.text) + " has a * beside other characters" + at(step.begin) +
+             "; * alone stands for all items, and a * at the end of the path multiplies";
+    step.end = i - (step.is_multiplied ? 1 : 0);
     steps.push_back(std::move(step));
     if (i == path.size()) return {};
     ++i;
@@ -146,6 +154,7 @@ const Node* SceneSettings::apply(const Node* root) {
   for (PathSetting& setting : settings_) {
     current_ = &setting;
     set_in_mapping(own(root), sections::kScene, 0);
+    if (setting.is_without_value && !setting.is_matched && !setting.rows) refuse_product();
   }
   return root;
 }
@@ -153,6 +162,10 @@ const Node* SceneSettings::apply(const Node* root) {
 void SceneSettings::refuse(const std::string& message) {
   if (!current_->is_refused) report_.error({current_->source, 0, 0}, message);
   current_->is_refused = true;
+}
+
+bool SceneSettings::is_number_of_list(const Key& key, std::size_t step) const {
+  return key.form == Form::kNumbers && step + 1 == current_->steps.size() && current_->steps[step].is_place();
 }
 
 std::string SceneSettings::before(std::size_t step) const {
@@ -180,15 +193,57 @@ void SceneSettings::refuse_key(const Section& section, std::size_t step) {
          "; allowed are " + join(section.names()));
 }
 
+// returns the value to put in the place of another. A setting that multiplies returns a number, or a list of
+// numbers, times its factor, or nullptr after reporting a fault.
+const Node* SceneSettings::replacement(const Node& old) {
+  if (!current_->multiplies()) return current_->value;
+  const Node& factor = *current_->value;
+  const auto given = factor.kind == Node::Kind::kText && !factor.is_quoted ? parse_number(factor.text, {"-"})
+                                                                           : NumberResult{};
+  if (!given.value) {
+    refuse("the value is " + describe(factor) +
+           ", but must be a number, because the path ends with * and multiplies");
+    return nullptr;
+  }
+  Node product = old;
+  const auto multiply = [&](Node& number) {
+    const auto value = number.kind == Node::Kind::kText && !number.is_quoted
+                           ? parse_number(number.text, {"-"})
+                           : NumberResult{};
+    if (!value.value) return false;
+    number.text = format_number(*value.value * *given.value);
+    number.origin = {current_->source, 0, 0};
+    return true;
+  };
+  bool is_good = old.kind == Node::Kind::kList ? !old.items.empty() : multiply(product);
+  for (const Node*& item : product.items) {
+    Node changed = *item;
+    is_good = is_good && multiply(changed);
+    item = &tree_.create(std::move(changed));
+  }
+  if (is_good) return &tree_.create(std::move(product));
+  refuse("the path ends with * and multiplies, but " + before(current_->steps.size()) + " is " +
+         describe(old) + ", which is neither a number nor a list of numbers");
+  return nullptr;
+}
+
 void SceneSettings::put(Node& mapping, const std::string& key) {
-  current_->is_matched = true;
   const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),
                                   [&](const auto& each) { return each.first->text == key; });
   if (entry != mapping.entries.end()) {
+    current_->is_matched = true;
     report_.note_target(current_->source, entry->first->origin);
-    entry->second = current_->value;
+    if (const Node* value = replacement(*entry->second)) entry->second = value;
     return;
   }
+  if (current_->multiplies()) {
+    // of all items, those without a value stay as they are
+    current_->is_without_value = true;
+    const bool is_one_of_all = std::any_of(current_->steps.begin(), current_->steps.end(),
+                                           [](const PathStep& step) { return step.is_all(); });
+    return is_one_of_all ? void() : refuse_product();
+  }
+  current_->is_matched = true;
   report_.note_target(current_->source, mapping.origin);
   Node name;
   name.kind = Node::Kind::kText;
@@ -218,6 +273,26 @@ Node* SceneSettings::find_mapping(Node& mapping, const std::string& key) {
   return &made;
 }
 
+// sets one number of a list, which the last step gives by its position
+void SceneSettings::set_in_list(Node& mapping, const std::string& key) {
+  const std::size_t step = current_->steps.size() - 1;
+  const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),
+                                  [&](const auto& each) { return each.first->text == key; });
+  const auto whole = [&] { return "; set the whole list, as in " + before(step) + "=[0, 0, 1]"; };
+  if (entry == mapping.entries.end()) return refuse("there is no list at " + before(step) + whole());
+  if (entry->second->kind != Node::Kind::kList)
+    return refuse(before(step) + " is " + describe(*entry->second) + " and has no numbers to set" + whole());
+  std::vector<const Node*>& items = own(entry->second).items;
+  const auto place = parse_integer(current_->steps[step].text, 1, static_cast<std::int64_t>(items.size()));
+  if (!place)
+    return refuse(before(step) + " has the numbers 1 to " + std::to_string(items.size()) + ", but not " +
+                  current_->steps[step].text);
+  current_->is_matched = true;
+  const Node*& item = items[static_cast<std::size_t>(*place - 1)];
+  report_.note_target(current_->source, item->origin);
+  if (const Node* value = replacement(*item)) item = value;
+}
+
 void SceneSettings::set_in_mapping(Node& mapping, const Section& section, std::size_t step) {
   const PathStep& at = current_->steps[step];
   const Key* key = at.is_all() ? nullptr : section.find(at.text);
@@ -234,6 +309,8 @@ void SceneSettings::set_in_mapping(Node& mapping, const Section& section, std::s
     set_in_items(mapping, *key, step + 1);
   } else if (key->form == Form::kSection) {
     if (Node* inner = find_mapping(mapping, at.text)) set_in_mapping(*inner, *key->sections[0], step + 1);
+  } else if (is_number_of_list(*key, step + 1)) {
+    set_in_list(mapping, at.text);
   } else {
     refuse(before(step + 1) + " is " + describe_whole(*key) + " and is set as a whole; end the path there");
   }
@@ -249,12 +326,15 @@ void SceneSettings::set_in_names(Node& mapping, const Key& key, std::size_t step
     names.push_back(current_->steps[step].text);
   }
   const bool is_last = step + 1 == current_->steps.size();
-  if (!is_last && key.form != Form::kSection)
+  const bool is_number = is_number_of_list(key, step + 1);
+  if (!is_last && !is_number && key.form != Form::kSection)
     return refuse(before(step + 1) + " is " + describe_whole(key) +
                   " and is set as a whole; end the path there");
   for (const std::string& name : names) {
     if (is_last)
       put(mapping, name);
+    else if (is_number)
+      set_in_list(mapping, name);
     else if (Node* inner = find_mapping(mapping, name))
       set_in_mapping(*inner, *key.sections[0], step + 1);
   }
@@ -342,8 +422,14 @@ void SceneSettings::set_in_item(const Node*& item, const Key& key, std::size_t s
   set_in_mapping(own(item), *section, step + 1);
 }
 
+void SceneSettings::refuse_product() {
+  refuse("there is no value to multiply at " + before(current_->steps.size()) +
+         "; write it into the scene, or set it without the * at the end of the path");
+}
+
 // reports that * matched items, none of which allows the key
 void SceneSettings::refuse_untaken(const Key& key, std::size_t step) {
+  if (current_->is_without_value) return refuse_product();
   const std::string& wanted = current_->steps[step + 1].text;
   std::vector<std::string_view> known, takers;
   for (const Section* section : key.sections) {

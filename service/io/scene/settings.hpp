@@ -15,8 +15,9 @@ namespace freeflex::io::reader {
 /// One step of a path, which is the text between two dots.
 struct PathStep {
   std::string text;
-  bool is_quoted = false;  // true: the text was in quotes, so that even a number or * is a name
-  std::size_t begin = 0;   // offset in the path [bytes]
+  bool is_quoted = false;      // true: the text was in quotes, so that even a number or * is a name
+  bool is_multiplied = false;  // true: a last step with * at its end, which is not in `text`
+  std::size_t begin = 0;       // offset in the path [bytes]
   std::size_t end = 0;
 
   bool is_all() const { return !is_quoted && text == "*"; }
@@ -57,9 +58,12 @@ class SceneSettings {
     const Node* value;
     bool is_refused = false;  // true if a fault was reported
     bool is_matched = false;
+    bool is_without_value = false;     // true if a setting that multiplies found an item without the value
     const Key* rows = nullptr;         // the list whose tables may have a row that matches
     std::size_t row_step = 0;          // the step that selects the row
     std::vector<std::string> names{};  // names of the items and rows that the step did not match
+
+    bool multiplies() const { return steps.back().is_multiplied; }
   };
 
   // these functions act on the setting `current_`
@@ -67,6 +71,8 @@ class SceneSettings {
   void set_in_names(Node& mapping, const Key& key, std::size_t step);
   void set_in_items(Node& mapping, const Key& key, std::size_t step);
   void set_in_item(const Node*& item, const Key& key, std::size_t step);
+  void set_in_list(Node& mapping, const std::string& key);
+  const Node* replacement(const Node& old);
   void put(Node& mapping, const std::string& key);
   Node* find_mapping(Node& mapping, const std::string& key);
   /// Returns the indices of the items that a step names, or an empty list after reporting a fault. If a table
@@ -81,11 +87,14 @@ class SceneSettings {
   void refuse_key(const Section& section, std::size_t step);
   void refuse_untaken(const Key& key, std::size_t step);
   void refuse_name(std::size_t step);
+  void refuse_product();
 
   /// Returns the path up to a step, as the user wrote it, or "scene" if that part is empty.
   std::string before(std::size_t step) const;
   /// Replaces the node by a copy, unless the node is a copy already, and returns the copy.
   Node& own(const Node*& node);
+  /// Returns true if a step, the last one, is the position of a number in the list of the key.
+  bool is_number_of_list(const Key& key, std::size_t step) const;
   bool is_row_of(const PathSetting& setting, std::string_view list, const std::string& name) const;
 
   Report& report_;
