@@ -103,8 +103,14 @@ void add_settings(CLI::App& command, io::Settings& settings) {
 }
 
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
-  const std::vector<CLI::App*> parsed = app.get_subcommands();
-  const CLI::App& active = parsed.empty() ? app : *parsed.front();
+  const CLI::App* deepest = &app;
+  std::string path;  // of the command to which the words belong
+  for (std::vector<CLI::App*> parsed = app.get_subcommands(); !parsed.empty();
+       parsed = deepest->get_subcommands()) {
+    deepest = parsed.front();
+    path += deepest->get_name() + " ";
+  }
+  const CLI::App& active = *deepest;
   const std::vector<std::string> commands = command_names(active), left = app.remaining(true);
   const bool is_about_words = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
                               error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
@@ -125,8 +131,7 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
       text = "'" + word + "' is one argument too many; omit it";
     }
   }
-  return text + "\nTry '" + app.get_name() + " " + (parsed.empty() ? "" : active.get_name() + " ") +
-         "--help'.";
+  return text + "\nTry '" + app.get_name() + " " + path + "--help'.";
 }
 
 }  // namespace freeflex::service

@@ -14,12 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "core/motion.hpp"
 #include "core/plan/explain.hpp"
 #include "core/plan/file/plan_bytes.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/readout.hpp"
+#include "service/c/handles.hpp"
 #include "service/command_queue.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/machine.hpp"
@@ -28,34 +28,9 @@
 namespace {
 
 using namespace freeflex;
-
-struct PlanData {
-  Plan plan;
-  io::NameTable table;  // names and limits that loads are checked against
-};
-
-thread_local std::string last_error;
-
-int fail(int code, const std::string& text) noexcept {
-  try {
-    last_error = text;
-  } catch (const std::exception&) {
-    last_error.clear();
-  }
-  return code;
-}
-
-/// Runs a call and returns its code. If the call throws, returns the code for the exception.
-template <typename Call>
-int guarded(const Call& call) noexcept {
-  try {
-    return call();
-  } catch (const std::bad_alloc&) {
-    return fail(FREEFLEX_NO_MEMORY, "memory ran out");
-  } catch (const std::exception& error) {
-    return fail(FREEFLEX_INTERNAL, std::string("the library has an internal error: ") + error.what());
-  }
-}
+using c_interface::fail;
+using c_interface::guarded;
+using c_interface::PlanData;
 
 std::string quantity(std::size_t found, std::size_t least) {
   return "the array has room for " + std::to_string(found) + " numbers, but must have room for " +
@@ -166,32 +141,6 @@ std::string add_load(const freeflex_load& load, ForceCommand& command) {
     command.wheels[static_cast<std::size_t>(command.num_wheels++)] = {load.index, 0, load.torque[0]};
   return error;
 }
-
-}  // namespace
-
-struct freeflex_plan {
-  std::shared_ptr<const PlanData> data;
-  std::string warnings;
-};
-
-struct freeflex_motion {
-  freeflex_motion(std::shared_ptr<const PlanData> given, Watch watch)
-      : data(std::move(given)), motion(data->plan, watch) {}
-  // a copy is not in use by any call
-  freeflex_motion(const freeflex_motion& other)
-      : data(other.data), motion(other.motion), pending(other.pending), sequence(other.sequence) {}
-
-  const Plan& plan() const { return data->plan; }
-
-  std::shared_ptr<const PlanData> data;
-  Motion motion;
-  // commands for the next step, at most service::CommandQueue::kMaxPending
-  std::vector<ForceCommand> pending;
-  std::int64_t sequence = 0;
-  mutable std::atomic_flag is_entered;  // set while a call uses this motion
-};
-
-namespace {
 
 /// Reserves a motion for one call. The constructor never waits. If another call is active, has() returns
 /// false.
@@ -319,8 +268,23 @@ int set_up(freeflex_progress progress, void* user, freeflex_plan*& plan, const L
 
 }  // namespace
 
+namespace freeflex::c_interface {
+
+thread_local std::string last_error;
+
+int fail(int code, const std::string& text) noexcept {
+  try {
+    last_error = text;
+  } catch (const std::exception&) {
+    last_error.clear();
+  }
+  return code;
+}
+
+}  // namespace freeflex::c_interface
+
 const char* freeflex_version(void) noexcept { return FREEFLEX_VERSION; }
-const char* freeflex_last_error(void) noexcept { return last_error.c_str(); }
+const char* freeflex_last_error(void) noexcept { return c_interface::last_error.c_str(); }
 
 int freeflex_plan_open(const char* path, freeflex_progress progress, void* user,
                        freeflex_plan** plan) noexcept {

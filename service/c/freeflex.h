@@ -273,6 +273,61 @@ FREEFLEX_API int freeflex_explain(const char *path, const char *text, const char
                                   freeflex_effect *effects, size_t size,
                                   size_t *num_effects) FREEFLEX_NOEXCEPT;
 
+/* ---- campaigns: many cases of a scene (service/campaign/README.md) */
+
+typedef struct freeflex_campaign freeflex_campaign;
+/* Reads a campaign file, but not its scene. Errors: BAD_SCENE, with every fault. */
+FREEFLEX_API int freeflex_campaign_open(const char *path, freeflex_campaign **campaign) FREEFLEX_NOEXCEPT;
+FREEFLEX_API void freeflex_campaign_free(freeflex_campaign *campaign) FREEFLEX_NOEXCEPT;
+/* Returns the number of cases. */
+FREEFLEX_API int64_t freeflex_campaign_cases(const freeflex_campaign *campaign) FREEFLEX_NOEXCEPT;
+
+typedef struct freeflex_parameter {
+  const char *name;
+  double value;
+} freeflex_parameter;
+/* What a controller is told of its case. The pointers are valid until the case ends. */
+typedef struct freeflex_case {
+  int64_t number;
+  uint64_t seed; /* for freeflex_random_normal; differs from case to case */
+  const freeflex_parameter *parameters; /* of the controller */
+  size_t num_parameters;
+} freeflex_case;
+#define FREEFLEX_REASON_SIZE 256
+/* A controller of cases. begin and end may be NULL. begin stores in `self` what the other functions get. act is
+ * called at each tick that is a multiple of `controller: every` of the campaign; it reads the motion and pushes
+ * loads. It must not step, reset or free the motion. A function that returns a value other than 0 ends the case,
+ * with the text that it wrote to `reason`. end is called after each begin. */
+typedef struct freeflex_controller {
+  int (*begin)(const freeflex_plan *plan, const freeflex_case *of, void **self, char *reason);
+  int (*act)(void *self, freeflex_motion *motion, char *reason);
+  void (*end)(void *self);
+} freeflex_controller;
+/* A library that a campaign names under `controller: library` exports these three functions under the names
+ * freeflex_controller_begin, freeflex_controller_act and freeflex_controller_end. */
+
+/* Runs a case.
+ * values: text of each variable, in the order of the campaign; NULL: those that are drawn.
+ * controller: NULL only if the campaign has none. A campaign with commands of a recording is refused.
+ * row: receives the row of the table, valid until the next call for this campaign.
+ * seconds: receives the wall clock times of the set-up and of the run [s]; may be NULL.
+ * Errors: BAD_ARGUMENT if there is no such case. A case that fails is no error: its row says why. */
+FREEFLEX_API int freeflex_campaign_run(freeflex_campaign *campaign, int64_t number, const char *const *values,
+                                       const freeflex_controller *controller, const char **row,
+                                       double seconds[2]) FREEFLEX_NOEXCEPT;
+/* Runs a case on another scene file, which has the case's values, and writes the commands of the controller to a
+ * log that `freeflex run --log` reads. Errors: as freeflex_campaign_run; INTERNAL if the log cannot be written. */
+FREEFLEX_API int freeflex_campaign_trace(freeflex_campaign *campaign, int64_t number, const char *scene,
+                                         const freeflex_controller *controller, const char *log,
+                                         const char **row) FREEFLEX_NOEXCEPT;
+/* Returns the number of variables. */
+FREEFLEX_API int32_t freeflex_campaign_variables(const freeflex_campaign *campaign) FREEFLEX_NOEXCEPT;
+
+/* Returns a random number of the standard normal distribution. It depends only on the three arguments, and is the
+ * same on every machine: for the noise of a sensor, take the seed of the case, the number of the sensor and the
+ * number of the sample. */
+FREEFLEX_API double freeflex_random_normal(uint64_t seed, uint64_t stream, uint64_t index) FREEFLEX_NOEXCEPT;
+
 #ifdef __cplusplus
 }
 #endif

@@ -17,8 +17,9 @@ Everything is in SI units, vectors in world axes unless a docstring says body ax
 `python3 -m freeflex` has examples. The messages' fields: help(freeflex.messages).
 """
 
-from freeflex import log, messages
+from freeflex import blocks, log, messages
 from freeflex.bus import Bus
+from freeflex.campaign import Campaign
 from freeflex.client import Daemon, Gone, Rejected, connect
 from freeflex.codec import DecodeError, Message
 from freeflex.controller import control
@@ -32,6 +33,6 @@ from freeflex.version import __version__
 
 globals().update(TYPES)
 
-__all__ = ["Bus", "Busy", "Daemon", "DecodeError", "Gone", "Key", "LogError", "Message", "Motion", "Plan", "Rejected",
-           "Scene", "State", "StepError", "__version__", "connect", "control", "events", "explain", "log",
+__all__ = ["Bus", "Busy", "Campaign", "Daemon", "DecodeError", "Gone", "Key", "LogError", "Message", "Motion", "Plan", "Rejected",
+           "Scene", "State", "StepError", "__version__", "blocks", "connect", "control", "events", "explain", "log",
            "messages", *TYPES]

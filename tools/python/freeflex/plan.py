@@ -96,6 +96,11 @@ def _signatures(c):
         "motion_verdict": (c.c_int, [motion, c.POINTER(_Verdict)]),
         "motion_worst_verdict": (c.c_int, [motion, c.POINTER(_Verdict)]),
         "motion_errors": (c.c_int, [motion, c.POINTER(_Errors)]),
+        "random_normal": (c.c_double, [c.c_uint64, c.c_uint64, c.c_uint64]),
+        "campaign_open": (c.c_int, [c.c_char_p, out]), "campaign_free": (None, [c.c_void_p]),
+        "campaign_cases": (c.c_int64, [c.c_void_p]), "campaign_variables": (c.c_int32, [c.c_void_p]),
+        "campaign_run": (c.c_int, [c.c_void_p, c.c_int64, c.POINTER(c.c_char_p), c.c_void_p, c.POINTER(c.c_char_p), doubles]),
+        "campaign_trace": (c.c_int, [c.c_void_p, c.c_int64, c.c_char_p, c.c_void_p, c.c_char_p, c.POINTER(c.c_char_p)]),
         "explain": (c.c_int, [c.c_char_p, c.c_char_p, c.c_char_p, settings, size, c.c_double, c.POINTER(_Effect), size,
                               c.POINTER(size)]),
     }
@@ -180,10 +185,13 @@ class Plan:
                 c.plan_free(handle)
             raise raised[0]
         _check(code)
-        self._handle = handle
+        self._handle, self._is_borrowed = handle, False
+        self._describe(handle)
+
+    def _describe(self, handle):
+        c = library()
         self.name, self.warnings = c.plan_name(handle).decode(), c.plan_warnings(handle).decode().splitlines()
         self.rate, self.mass = c.plan_rate(handle), c.plan_mass(handle)
-        self.fingerprint = c.plan_fingerprint(handle)
         self._indices = {kind: indices_of((k, c.plan_name_of(handle, number, k).decode())
                                           for k in range(c.plan_count(handle, number)))
                          for kind, number in _KINDS.items()}
@@ -193,6 +201,19 @@ class Plan:
         values = (ctypes.c_double * self.num_modes)()
         _check(c.plan_frequencies(handle, values, len(values)))
         self.frequencies = vector(values[:])
+
+    @classmethod
+    def _borrowed(cls, handle):
+        """Returns a Plan of a handle that somebody else frees."""
+        plan = cls.__new__(cls)
+        plan._handle, plan._is_borrowed = handle, True
+        plan._describe(handle)
+        return plan
+
+    @property
+    def fingerprint(self):
+        """Returns the same number as in the messages."""
+        return library().plan_fingerprint(self._handle)
 
     def motion(self, with_verdict=False):
         """Returns a Motion at the initial state. `with_verdict`: the motion computes verdicts on its accuracy, whose
@@ -222,7 +243,8 @@ class Plan:
         return index_in(self._indices[kind], kind, name)
 
     def __del__(self):
-        if handle := self.__dict__.pop("_handle", None):
+        handle = self.__dict__.pop("_handle", None)
+        if handle and not self._is_borrowed:
             library().plan_free(handle)
 
 
@@ -248,8 +270,8 @@ class Motion:
     Only one thread may use a Motion at a time. Busy: another thread steps it.
     """
 
-    def __init__(self, plan, handle):
-        self.plan, self._handle = plan, handle
+    def __init__(self, plan, handle, is_borrowed=False):
+        self.plan, self._handle, self._is_borrowed = plan, handle, is_borrowed
         self.rate, self.index = plan.rate, plan.index
         self._steps, self._version = threading.Lock(), 0
         self._Arrays = ctypes.c_double * (2 * plan.num_modes + plan.num_wheels)  # q, q_dot, momenta of wheels
@@ -373,7 +395,8 @@ class Motion:
         return Verdict(LEVELS[read.level], read.cause.decode(errors="replace"), read.error, read.scale, read.tick)
 
     def __del__(self):
-        if handle := self.__dict__.pop("_handle", None):
+        handle = self.__dict__.pop("_handle", None)
+        if handle and not self._is_borrowed:
             library().motion_free(handle)
 
 
@@ -390,6 +413,12 @@ def explain(source=None, seconds=1.0, *, text=None, folder=None):
                              ctypes.byref(count)))
     return [Effect(each.name.decode(), each.deformation, each.attitude, each.position, each.remedy.decode())
             for each in effects[:count.value]]
+
+
+def random_normal(seed, stream, index):
+    """Returns a random number of the standard normal distribution, which depends only on the arguments, whole numbers
+    from 0 to 2^64 - 1."""
+    return library().random_normal(seed, stream, index)
 
 
 def _load(kind, index, force, torque):
