@@ -12,7 +12,9 @@
 #include "core/plan/modes/free_forces.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 #include "tools/cli/commands.hpp"
+#include "tools/cli/linear_plan.hpp"
 #include "tools/cli/steady_modes.hpp"
+#include "tools/cli/transfer.hpp"
 #include "tools/plot/chart.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
@@ -31,12 +33,15 @@ struct ModesOptions {
   bool has_loads = false;
   double at = 0.0;  // [s]
   std::string spin;
+  std::string pair, held;  // of --bode and --hold
 };
 
 constexpr const char* kModesFooter = R"(Example:
   freeflex modes service/scenes/rotor.yaml --count 8
   freeflex modes boom.yaml --set points.tip.mass=3
   freeflex modes boom.yaml --spin 0..2 --plot campbell.svg
+  freeflex modes boom.yaml --bode point.tip.fz:point.tip.z --plot bode.svg
+  freeflex modes boom.yaml --hold hub
 JSON fields:
   name, points, links, rigid_freedoms, elastic_freedoms
                the last four are counts
@@ -60,6 +65,11 @@ JSON fields with --spin or --loads: name, rung (corotational, or coupled for a l
                acceleration [rad/s^2] of the rotation by a small moment of the loads; accuracy [-] of the motions;
                motions, for each: frequency [Hz], damping_ratio, decay_rate [1/s], mode and share
                (number of the mode with most of its energy, null for the rotation of the body, and its share)
+JSON fields with --bode: name, input, output, and modes, for each: mode, frequency, damping_ratio, gain, peak, hankel
+(gain: hankel times 4 damping_ratio; peak and hankel are null without damping). With --hold: name, held, about [m],
+all_modes (false: only the lowest are kept), holds_rotation (false: it can turn), moving (sums of the effective
+masses), and modes, for each: frequency [Hz], participation ([-] along, [m] about x y z; of a shape whose generalized
+mass is that of the body) and effective_mass ([kg], [kg m^2])
 Exit codes: 0 done, 1 the picture was not written or there is no steady motion, 2 the scene or plan has errors.)";
 
 struct Frequency {
@@ -126,12 +136,6 @@ std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
 /// Returns the number of a mode in the scene, from 1. The numbering includes omitted modes.
 int number_of(const Plan& plan, std::size_t mode) {
   return plan.mode_numbers.empty() ? static_cast<int>(mode) + 1 : plan.mode_numbers[mode];
-}
-
-bool leaves_modes_out(const Plan& plan) {
-  return std::any_of(plan.features.begin(), plan.features.end(), [](const PlanFeature& feature) {
-    return feature.is_left_out && feature.count > 0 && feature.feature != Feature::kPointRows;
-  });
 }
 
 /// Returns a text that says how dashpots and feedback couple the modes, or an empty text if they do not.
@@ -336,6 +340,10 @@ int plot_modes(const ModesOptions& options) {
 }
 
 int modes(const ModesOptions& options) {
+  const TransferOptions transfer{options.input, options.settings, options.pair, options.held,
+                                 options.plot,  options.count,    options.json};
+  if (!options.pair.empty()) return print_transfer(transfer);
+  if (!options.held.empty()) return print_held(transfer);
   if (!options.spin.empty() || options.has_loads)
     return steady_modes({options.input, options.settings, options.spin,
                          options.has_loads ? std::optional(options.at) : std::nullopt, options.plot,
@@ -414,13 +422,15 @@ void add_modes(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(whole_number(0, kMost<int>))
       ->type_name("N");
-  command
-      ->add_option("--spin", options->spin,
-                   "instead the small motions about a steady rotation at X,Y,Z [rad/s], body axes, with true "
-                   "geometry, or with the lowest modes of a large scene on the rung coupled; W for the axis "
-                   "of the largest moment of inertia; 0..X,Y,Z or 0..W for a range")
-      ->check(check_spin)
-      ->type_name("SPIN");
+  CLI::Option* const spin =
+      command
+          ->add_option(
+              "--spin", options->spin,
+              "instead the small motions about a steady rotation at X,Y,Z [rad/s], body axes, with true "
+              "geometry, or with the lowest modes of a large scene on the rung coupled; W for the axis "
+              "of the largest moment of inertia; 0..X,Y,Z or 0..W for a range")
+          ->check(check_spin)
+          ->type_name("SPIN");
   CLI::Option* loads = command->add_flag(
       "--loads", options->has_loads,
       "instead the small motions under the built-in loads, with the same equations as --spin");
@@ -430,16 +440,30 @@ void add_modes(CLI::App& app, int& exit_code) {
       ->needs(loads)
       ->check(not_negative())
       ->type_name("SECONDS");
-  command
-      ->add_option(
-          "--plot", options->plot,
-          std::string(
-              "shapes of the lowest 12 modes, or with a range of --spin frequency and damping over spin: ") +
-              kPictures)
-      ->check([](const std::string& path) {
-        return is_picture(path) ? std::string() : "the value is '" + path + "', but must be " + kPictures;
-      })
-      ->type_name("FILE");
+  CLI::Option* const bode =
+      command
+          ->add_option("--bode", options->pair,
+                       "instead the gain of each mode from INPUT to OUTPUT, as in point.tip.fz:point.tip.z "
+                       "('freeflex export --help' lists inputs and outputs)")
+          ->check(check_pair)
+          ->type_name("PAIR");
+  CLI::Option* const hold =
+      command
+          ->add_option("--hold", options->held,
+                       "instead the modes with this point or group held, and their effective masses")
+          ->type_name("NAME");
+  CLI::Option* const plot =
+      command
+          ->add_option("--plot", options->plot,
+                       std::string("shapes of the lowest 12 modes; with --bode the transfer function; with a "
+                                   "range of --spin frequency and damping over spin: ") +
+                           kPictures)
+          ->check([](const std::string& path) {
+            return is_picture(path) ? std::string() : "the value is '" + path + "', but must be " + kPictures;
+          })
+          ->type_name("FILE");
+  for (CLI::Option* other : {spin, loads, bode, plot}) hold->excludes(other);
+  for (CLI::Option* other : {spin, loads}) bode->excludes(other);
   command->add_flag("--json", options->json, "one JSON object on standard output, all frequencies");
   command->footer(kModesFooter);
   command->callback([options, &exit_code] { exit_code = modes(*options); });
