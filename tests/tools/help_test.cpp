@@ -149,7 +149,7 @@ TEST_F(Help, StatesTheExitCodeOfAnInterruptThatLeavesResults) {
 TEST_F(Help, FitsTheScreen) {
   std::vector<std::string> programs{kFreeflex, kFreeflexd};
   for (const char* command : {"check", "schema", "modes", "inspect", "loads", "plan", "report", "stability",
-                              "compile", "run", "keygen", "push", "monitor", "replay"})
+                              "compile", "run", "keygen", "push", "monitor", "replay", "export", "campaign"})
     programs.push_back(kFreeflex + " " + command);
   for (const std::string& program : programs) {
     const std::string help = run(program + " --help").out;

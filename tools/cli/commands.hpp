@@ -42,5 +42,7 @@ void add_monitor(CLI::App& app, int& exit_code);
 void add_view(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
+void add_export(CLI::App& app, int& exit_code);
+void add_campaign(CLI::App& app, int& exit_code);
 
 }  // namespace freeflex::tools

@@ -37,6 +37,8 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_view(app, exit_code);
   add_replay(app, exit_code);
   add_compare(app, exit_code);
+  add_export(app, exit_code);
+  add_campaign(app, exit_code);
 }
 
 /// Returns the first argument that is not an option, or an empty text if there is none. Thus `freeflex --help

@@ -52,7 +52,7 @@ install(DIRECTORY service/scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/
 # the C interface with its pkg-config file, and Python
 configure_file(tools/cmake/freeflex.pc.in ${CMAKE_BINARY_DIR}/freeflex.pc @ONLY)
 install(TARGETS freeflex_c LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT programs NAMELINK_COMPONENT development)
-install(FILES service/c/freeflex.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(FILES service/c/freeflex.h service/c/freeflex_blocks.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 install(FILES ${CMAKE_BINARY_DIR}/freeflex.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 install(DIRECTORY ${CMAKE_BINARY_DIR}/python/freeflex DESTINATION ${FREEFLEX_PYTHON_DIR} COMPONENT python
   FILES_MATCHING PATTERN "location.py" EXCLUDE PATTERN "*.py")
