@@ -126,6 +126,7 @@ std::string Quantities::add_item(const std::string& name) {
   const std::string item = name.substr(first + 1, last - first - 1), part = name.substr(last + 1);
   const auto unknown = [&](const auto& items) {
     std::vector<std::string_view> names;
+    names.reserve(items.size());
     for (const auto& each : items) names.push_back(each.name);
     return "the scene has no " + kind + " " + io::reader::quote(item) + io::reader::did_you_mean(item, names);
   };

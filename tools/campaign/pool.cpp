@@ -230,10 +230,10 @@ class Pool {
       // in rounds, so that the last cases are not all with one worker
       for (std::size_t depth = 1; depth <= kAhead; ++depth)
         for (const auto& worker : workers_)
-          if (const std::string error = feed(*worker, depth); !error.empty()) return error;
+          if (std::string error = feed(*worker, depth); !error.empty()) return error;
       if (!wait_for_rows()) return {};
       for (const auto& worker : workers_)
-        if (const std::string error = watch(*worker); !error.empty()) return error;
+        if (std::string error = watch(*worker); !error.empty()) return error;
     }
     return {};
   }

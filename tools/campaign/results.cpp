@@ -92,7 +92,7 @@ std::string read_part(const fs::path& path, const std::string& stamp, Results& r
       ++results.num_torn;
       continue;
     }
-    if (const std::string error = add_row(std::move(stored), results); !error.empty()) return error;
+    if (std::string error = add_row(std::move(stored), results); !error.empty()) return error;
   }
   return {};
 }

@@ -155,6 +155,7 @@ class LibraryRunner : public Runner {
   std::string run(std::int64_t number, const std::vector<std::string>& values,
                   std::array<double, 2>& seconds) override {
     std::vector<const char*> texts;
+    texts.reserve(values.size());
     for (const std::string& value : values) texts.push_back(value.c_str());
     const char* row = "";
     if (run_(campaign_, number, texts.empty() ? nullptr : texts.data(), &controller_, &row, seconds.data()) !=

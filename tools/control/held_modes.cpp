@@ -33,7 +33,7 @@ std::vector<int> points_of(const Plan& plan, const std::string& name) {
 MatrixXd rotation_axes(const Plan& plan) {
   constexpr double kRounding = 1e-12;  // of the inertia about a line of points, relative to the largest
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(matrix_of(plan.inertia));
-  const Vector3d moments = solver.eigenvalues();
+  const Vector3d& moments = solver.eigenvalues();
   const auto num_zero = static_cast<Index>((moments.array() <= kRounding * moments[2]).count());
   return solver.eigenvectors().rightCols(3 - num_zero);
 }

@@ -131,7 +131,9 @@ std::string zip_of(const std::vector<std::pair<std::string, std::string>>& files
     put(common, static_cast<std::uint16_t>(name.size()));
     put(common, std::uint16_t{0});
     put(bytes, std::uint32_t{0x04034b50});
-    bytes += common + name + content;
+    bytes += common;
+    bytes += name;
+    bytes += content;
     put(directory, std::uint32_t{0x02014b50});
     put(directory, std::uint16_t{20});
     directory += common;

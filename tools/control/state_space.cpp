@@ -28,6 +28,14 @@ struct Effect {
   VectorXd Q, wheels;
 };
 
+std::string fault_of(const char* kind, const std::string& name, const std::string& why) {
+  std::string fault = kind;
+  fault += " '";
+  fault += name;
+  fault += "': ";
+  return fault += why;
+}
+
 /// A name such as point.hub.fx in parts.
 struct Name {
   std::string kind, item, part;
@@ -77,13 +85,13 @@ class Builder {
     fill_A();
     for (const std::string& input : expanded(ports.inputs, true))
       if (const std::string error = add_input(input); !error.empty())
-        return {std::nullopt, "input '" + input + "': " + error};
+        return {std::nullopt, fault_of("input", input, error)};
     model_.B.resize(size_, static_cast<Index>(inputs_.size()));
     for (std::size_t k = 0; k < inputs_.size(); ++k)
       model_.B.col(static_cast<Index>(k)) = rate_by(inputs_[k]);
     for (const std::string& output : expanded(ports.outputs, false))
       if (const std::string error = add_output(output); !error.empty())
-        return {std::nullopt, "output '" + output + "': " + error};
+        return {std::nullopt, fault_of("output", output, error)};
     const auto num_outputs = static_cast<Index>(rows_.size());
     model_.by_state.resize(num_outputs, size_);
     model_.by_rate.resize(num_outputs, size_);
@@ -204,6 +212,7 @@ class Builder {
   template <class Items>
   static std::string unknown(const std::string& kind, const std::string& name, const Items& items) {
     std::vector<std::string_view> names;
+    names.reserve(items.size());
     for (const auto& each : items) names.push_back(each.name);
     return "the scene has no " + kind + " " + io::reader::quote(name) + io::reader::did_you_mean(name, names);
   }
@@ -277,9 +286,9 @@ class Builder {
     } else {
       const auto parts = components_of(name);
       if (!parts) return "it must be a state, point.NAME.x, point.NAME.dx, link.NAME.axial or alike";
-      const std::string error = parts->kind == "point"  ? read_point(*parts, row)
-                                : parts->kind == "link" ? read_link(*parts, row)
-                                                        : "it must begin with point or link, or be a state";
+      std::string error = parts->kind == "point"  ? read_point(*parts, row)
+                          : parts->kind == "link" ? read_link(*parts, row)
+                                                  : "it must begin with point or link, or be a state";
       if (!error.empty()) return error;
     }
     rows_.push_back(std::move(row));
