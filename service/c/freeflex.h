@@ -308,10 +308,11 @@ typedef struct freeflex_controller {
 
 /* Runs a case.
  * values: text of each variable, in the order of the campaign; NULL: those that are drawn.
- * controller: NULL only if the campaign has none. A campaign with commands of a recording is refused.
+ * controller: NULL only if the campaign names none.
  * row: receives the row of the table, valid until the next call for this campaign.
  * seconds: receives the wall clock times of the set-up and of the run [s]; may be NULL.
- * Errors: BAD_ARGUMENT if there is no such case. A case that fails is no error: its row says why. */
+ * Errors: BAD_ARGUMENT if there is no such case, or if the campaign has a controller or commands that are not
+ * given here. A case that fails is no error: its row says why. */
 FREEFLEX_API int freeflex_campaign_run(freeflex_campaign *campaign, int64_t number, const char *const *values,
                                        const freeflex_controller *controller, const char **row,
                                        double seconds[2]) FREEFLEX_NOEXCEPT;

@@ -1,6 +1,6 @@
-// Blocks for controllers: delays, sampling, noise and limits of sensors, wheels and thrusters.
-// freeflex.blocks has the same blocks in Python, which give the same bits if you compile with
-// -ffp-contract=off. Needs C++17 and freeflex.h.
+// Blocks for controllers: delays, sampling, noise and limits of sensors, wheels and thrusters. This header
+// needs C++17 and freeflex.h. freeflex.blocks has the same blocks in Python. Both give the same bits if this
+// one is compiled with -ffp-contract=off.
 //
 //   freeflex::blocks::Delay late(0.05);
 //   freeflex::blocks::Noise gyro(of->seed, 1, 1e-4);

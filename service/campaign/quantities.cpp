@@ -53,7 +53,7 @@ double angle_between(const Quat& a, const Quat& b) noexcept {
   return 2.0 * arc_tangent(norm_of(v), std::abs(w));
 }
 
-// returns the value of a mode, whose number counts the modes of the fallback plan if there is one
+// returns the value of a mode, given by its place in the fallback plan if there is one
 double mode_value(const Plan& plan, const State& state, std::int32_t mode, const Array& values) noexcept {
   if (plan.fallback.empty() || state.uses_fallback) return values[index(mode)];
   const auto found = std::lower_bound(plan.fallback_modes.begin(), plan.fallback_modes.end(), mode);
@@ -61,14 +61,24 @@ double mode_value(const Plan& plan, const State& state, std::int32_t mode, const
   return values[static_cast<std::size_t>(found - plan.fallback_modes.begin())];
 }
 
-// returns true if the numbers of modes are not those of all modes
-bool leaves_out_numbered_modes(const Plan& plan) {
-  return std::any_of(plan.features.begin(), plan.features.end(), [&](const PlanFeature& each) {
+// returns the number of modes of the scene, also of those that the plan leaves out
+std::int64_t count_modes(const Plan& plan) {
+  std::int64_t count = plan_of_all_modes(plan).num_elastic;
+  for (const PlanFeature& each : plan.features) {
     const bool is_of_modes = each.feature == Feature::kOutOfPlane ||
                              each.feature == Feature::kUnreachedModes || each.feature == Feature::kSmallModes;
     const bool is_in_fallback = !plan.fallback.empty() && each.feature != Feature::kSmallModes;
-    return each.is_left_out && each.count > 0 && is_of_modes && !is_in_fallback;
-  });
+    if (each.is_left_out && is_of_modes && !is_in_fallback) count += each.count;
+  }
+  return count;
+}
+
+// returns the place of a mode of the scene among all modes that the plan has, or -1
+std::int32_t index_of_mode(const Plan& plan, std::int64_t number) {
+  const auto& numbers = plan_of_all_modes(plan).mode_numbers;
+  if (numbers.empty()) return static_cast<std::int32_t>(number - 1);
+  const auto found = std::find(numbers.begin(), numbers.end(), number);
+  return found == numbers.end() ? -1 : static_cast<std::int32_t>(found - numbers.begin());
 }
 
 std::string list_of(const char* const* first, std::size_t count) {
@@ -106,13 +116,12 @@ std::string Quantities::add(const std::string& name, const std::array<double, 4>
   }
   for (const auto& [letter, part] : {std::pair("q_dot", 1), std::pair("q", 0)})
     if (const std::int64_t mode = mode_of(name, letter); mode > 0) {
-      const std::int32_t count = plan_of_all_modes(*plan_).num_elastic;
-      if (leaves_out_numbered_modes(*plan_))
-        return "the plan leaves out modes, other ones in other cases, so the number of a mode has no fixed "
-               "meaning; measure a point, or publish what needs all modes (freeflex plan says what is left "
-               "out)";
+      const std::int64_t count = count_modes(*plan_);
       if (mode > count) return "there are " + std::to_string(count) + " modes, so there is no " + name;
-      return push(From::kMode, static_cast<std::size_t>(mode - 1), part), std::string();
+      const std::int32_t place = index_of_mode(*plan_, mode);
+      // of a mode that the plan leaves out, because nothing moves it
+      if (place < 0) return push(From::kZero, 0, 0), std::string();
+      return push(From::kMode, static_cast<std::size_t>(place), part), std::string();
     }
   return add_item(name);
 }
@@ -224,6 +233,8 @@ double Quantities::value_of(const Source& source, const Motion& motion) const no
       return norm_of(spin_);
     case From::kMode:
       return mode_value(motion.plan(), state, source.index, part == 0 ? state.q : state.q_dot);
+    case From::kZero:
+      return 0.0;
     case From::kWheel:
       return state.wheel_momentum[of];
     case From::kPoint: {

@@ -32,7 +32,8 @@ class Quantities {
     kBody,      // part: 0 to 2 position, 3 to 6 attitude, 7 to 9 velocity, 10 to 12 spin, 13 to 15 momentum
     kAttitude,  // index into references_
     kSpin,
-    kMode,  // index: mode; part 0: q, 1: q_dot
+    kMode,  // index: place of the mode in the plan; part 0: q, 1: q_dot
+    kZero,
     kWheel,
     kPoint,  // index into points_; part: 3 k + axis of position, velocity, acceleration, displacement;
              // 12 + k: their norms

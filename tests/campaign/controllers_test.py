@@ -9,6 +9,8 @@ import tempfile
 import textwrap
 import unittest
 
+from freeflex import Campaign, StepError
+
 BIN = os.environ["FREEFLEX_BIN"]
 
 SCENE = """
@@ -214,6 +216,38 @@ class Controllers(unittest.TestCase):
         self.assertEqual(ran.returncode, 0, ran.stderr)
         self.assertIn("2 cases: 2 passed", self.campaign("status", campaign, "--out", "pointing").stdout)
 
+    def test_a_controller_may_go_to_another_folder(self):
+        self.write("go.py", """
+            import os
+            def make(case):
+                os.chdir("/")
+                return lambda state: None
+        """)
+        for row in self.run_campaign("python: go.py, every: 0.1"):
+            self.assertEqual(row["outcome"], "passed", row["message"])
+
+    def test_the_row_of_a_shrunk_case_has_its_own_values_if_the_process_ends(self):
+        self.write("die.py", """
+            import os
+            def make(case):
+                if case.parameters["gain"] > 2.75:
+                    os._exit(3)
+                return lambda state: None
+        """)
+        rows = self.run_campaign("python: die.py, every: 0.1")
+        case = next(row["case"] for row in rows if row["outcome"] == "crashed")
+        shrunk = self.campaign("shrink", "c.yaml", case).stdout.splitlines()
+        # nominal gain: 2.75; the value that fails stands in both lines
+        gain = next(line for line in shrunk if line.startswith("  gain: ")).split()[1]
+        self.assertEqual(shrunk[-1].split(",")[:4], [case, "crashed", gain, "50"])
+
+    def test_a_campaign_is_run_only_with_what_it_names(self):
+        self.write("damp.py", PYTHON)
+        self.write("c.yaml", CAMPAIGN.replace("CONTROLLER", "python: damp.py, every: 0.01"))
+        path = os.path.join(self.folder, "c.yaml")
+        with self.assertRaisesRegex(StepError, "the campaign names a controller, but none is given"):
+            Campaign(path).run(0)
+
     def test_a_controller_without_make_is_refused_at_once(self):
         self.write("bad.py", "x = 1\n")
         self.write("c.yaml", CAMPAIGN.replace("CONTROLLER", "python: bad.py, every: 0.1"))
@@ -273,6 +307,21 @@ class Controllers(unittest.TestCase):
         changed = self.campaign("run", "c.yaml")
         self.assertEqual(changed.returncode, 2)
         self.assertIn("belongs to another campaign, or to an earlier state of its files", changed.stderr)
+
+    def test_a_program_that_does_not_exist_is_refused_at_once(self):
+        self.write("c.yaml", CAMPAIGN.replace("CONTROLLER", "program: [no-such-program]"))
+        ran = self.campaign("run", "c.yaml")
+        self.assertEqual(ran.returncode, 1)
+        self.assertIn("there is no program 'no-such-program' that can be run", ran.stderr)
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "c.results/cases.csv")))
+
+    def test_a_program_without_a_route_for_the_bus_is_refused_at_once(self):
+        self.write("damp.py", PROGRAM)
+        self.write("c.yaml", CAMPAIGN.replace("CONTROLLER", "program: [python3, damp.py]"))
+        ran = subprocess.run(["unshare", "-n", f"{BIN}/freeflex", "campaign", "run", "c.yaml"], cwd=self.folder,
+                             capture_output=True, text=True)
+        self.assertEqual(ran.returncode, 1)
+        self.assertIn("there is no route for multicast", ran.stderr)
 
     def test_a_program_that_ends_early_or_reads_the_standard_input_costs_its_case_only(self):
         self.write("bad.py", """

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -69,6 +71,7 @@ TEST(ResultFiles, TwoResultsOfOneCaseMustBeEqual) {
   write_rows({"0,passed,", "1,passed,", "3,hung,"});
   EXPECT_EQ(read_results("out", kStamp).error, "");
   EXPECT_EQ(read_results("out", kStamp).rows.at(1).row, "1,passed,") << "a lost case gives way";
+  EXPECT_EQ(read_results("out", kStamp).num_retried, 1);
   write_rows({"2,passed,2"});
   EXPECT_NE(read_results("out", kStamp).error.find("case 2 has two results that differ"), std::string::npos);
 }
@@ -152,6 +155,23 @@ TEST(ColumnStatistics, AreThoseOfSmallTables) {
   EXPECT_EQ(separation(rising, {false, false, true, true}), 1.0);
   EXPECT_EQ(separation(rising, {true, false, true, false}), 0.5);
   EXPECT_EQ(quantile_of({1, 2, 3, 4}, 0.5), 2.5);
+  // infinite values are the largest ones, and what is no number does not count
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const Column late{"c", {3, kInfinite, kInfinite, std::nan("")}};
+  EXPECT_EQ(quantile_of(sorted_values(late), 0.5), kInfinite);
+  EXPECT_GT(rank_correlation(rising, late), 0.8);
+}
+
+TEST(ColumnStatistics, OfListsOfNumbersAreThoseOfTheNumbers) {
+  Campaign campaign;
+  campaign.variables = {{"k", {"a"}, "5"}, {"f", {"b"}, "x"}};
+  campaign.sampling.variables = {Choice{{"5", "2"}}, Choice{{"x", "y"}}};
+  Results results;
+  results.rows[0] = {"0,passed,2,y,", 0.0, 0.0};
+  const Columns columns = columns_of(campaign, results);
+  EXPECT_EQ(columns.variables[0].values[0], 2.0);
+  EXPECT_EQ(columns.variables[1].name, "f (place in its list)");
+  EXPECT_EQ(columns.variables[1].values[0], 2.0);
 }
 
 }  // namespace

@@ -220,6 +220,16 @@ TEST_F(Campaigns, AFullDiskKeepsWhatIsWritten) {
   EXPECT_EQ(campaign("run c.yaml").exit_code, 0);
 }
 
+TEST_F(Campaigns, AFullDiskEndsTheTableInHdf5WithItsReason) {
+  write(campaign_text(2000));
+  ASSERT_EQ(campaign("run c.yaml").exit_code, 0);
+  // of the three files of a merge, only the last and smallest fits
+  const Outcome full = campaign("merge c.yaml --hdf5", "rm c.results/cases.*; ulimit -f 60;");
+  EXPECT_EQ(full.exit_code, 1) << full.err;
+  EXPECT_TRUE(contains(full.err, "cannot write")) << full.err;
+  EXPECT_EQ(campaign("merge c.yaml --hdf5").exit_code, 0);
+}
+
 TEST_F(Campaigns, LoadsOfTheSceneActInEachCase) {
   write_text(folder_ / "pair.yaml",
              kPair + "loads: {name: push, forces: {b: [0, 0, 4]}, pulse: {start: 0, duration: 0.1}}\n");

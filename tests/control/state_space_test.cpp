@@ -274,11 +274,26 @@ std::string cantilever() {
          "{count: 60}\n";
 }
 
+TEST(StateSpaceModel, RefusesATorqueAboutTheLineOfAGroup) {
+  const Plan plan = plan_from(
+      "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}, {name: c, mass: 1, at: "
+      "[0, 1, 0]}]\n"
+      "links: [{spring: [a, b], stiffness: 50}, {spring: [b, c], stiffness: 50}, {spring: [a, c], stiffness: "
+      "50}]\n"
+      "groups: {pair: [a, b]}\npublish: {points: {of: all}, groups: [pair]}\n");
+  EXPECT_EQ(make_state_space(plan, {{"group.pair.tx"}, {"x"}}).error,
+            "input 'group.pair.tx': the points of the group are on a line, about which they take no torque");
+  const StateSpace model = model_of(plan, {{"group.pair.tz"}, {"wz"}});
+  // a torque of 1 N m gives the whole body the rate 1 / Izz
+  EXPECT_NEAR(model.B(11, 0), 1.0 / plan.inertia[8], 1e-12);
+}
+
 TEST(HeldModes, OfAClampedBeamHaveItsClosedForm) {
   std::string scene = cantilever();
   scene.erase(scene.find("modes:"));
   const HeldModes held = hold(plan_from(scene), "root");
   ASSERT_EQ(held.error, "");
+  EXPECT_TRUE(held.holds_rotation);
   // roots of cos(b) cosh(b) = -1 and effective masses of a uniform cantilever, Blevins (1979), and 4 (sigma /
   // b)^2
   const double betas[] = {1.875104068711961, 4.694091132974175, 7.854757438237613};
@@ -312,6 +327,7 @@ TEST(HeldModes, OfAGroupOfAllPointsDoNotExist) {
 TEST(HeldModes, OfASpringAreThoseOfAMassOnIt) {
   const HeldModes held = hold(plan_from(kPair), "a");
   ASSERT_EQ(held.error, "");
+  EXPECT_FALSE(held.holds_rotation);
   // b swings on the spring; a pair of point masses that turns about a has no stiffness
   const HeldMode& last = held.modes.back();
   EXPECT_NEAR(last.frequency, std::sqrt(50.0 / 2.0) / (2.0 * std::numbers::pi), 1e-12);

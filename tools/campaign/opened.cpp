@@ -1,7 +1,6 @@
 #include "tools/campaign/opened.hpp"
 
 #include <sys/stat.h>
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <algorithm>
@@ -11,7 +10,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <sstream>
 
 #include "service/campaign/case.hpp"
 #include "service/campaign/measures.hpp"
@@ -36,21 +34,9 @@ Origin origin_of_first_fault(const Campaign& campaign, const std::string& error)
   return {};
 }
 
-/// Returns true if the system would find a program of this name.
-bool is_program(const std::string& name) {
-  if (name.find('/') != std::string::npos) return ::access(name.c_str(), X_OK) == 0;
-  const char* const path = std::getenv("PATH");
-  std::istringstream folders(path != nullptr ? path : "/bin:/usr/bin");
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (::access((std::filesystem::path(folder) / name).c_str(), X_OK) == 0) return true;
-  return false;
-}
-
 /// Returns why no case could run, or an empty text.
 std::string find_controller_fault(const Campaign& campaign, const Plan& plan) {
   const ControllerFile& controller = campaign.controller;
-  if (controller.kind == ControllerFile::Kind::kProgram && !is_program(controller.files[0]))
-    return "controller: there is no program '" + controller.files[0] + "' that can be run";
   if (controller.every > 0.0) {
     int ticks = 0;
     return find_ticks(controller, plan.period, ticks);

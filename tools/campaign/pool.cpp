@@ -288,7 +288,8 @@ class Pool {
       why = "its process ended " + end;
     if (!worker.is_ready())
       return "a worker did not get ready" + (why.empty() ? " in time" : ", because " + why) +
-             "; what it printed is in '" + options_.log + "': " + last_line(options_.log);
+             "; what it printed is in '" + options_.log + "'" +
+             (worker.fault().empty() ? ": " + last_line(options_.log) : "");
     if (calls_.is_ended()) return {};  // whoever ends this process may end its workers too
     std::deque<std::string> cases = worker.take_cases();
     is_stopped_ = !calls_.take(calls_.lost(number_of(cases.front()), is_hung, why));

@@ -10,9 +10,11 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <random>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -95,10 +97,29 @@ Environment environment_of(const Case& of, std::uint64_t seed, const std::string
   return environment;
 }
 
-}  // namespace
-
+/// Returns the path of the daemon, which is beside this program.
 std::string find_daemon() {
   return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "freeflexd").string();
+}
+
+/// Returns true if the system would find a program of this name.
+bool is_program(const std::string& name) {
+  if (name.find('/') != std::string::npos) return ::access(name.c_str(), X_OK) == 0;
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "/bin:/usr/bin");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (::access((std::filesystem::path(folder) / name).c_str(), X_OK) == 0) return true;
+  return false;
+}
+
+}  // namespace
+
+std::string find_program_fault(const Campaign& campaign) {
+  const std::string& program = campaign.controller.files[0];
+  if (!is_program(program)) return "controller: there is no program '" + program + "' that can be run";
+  if (!std::filesystem::exists(find_daemon()))
+    return "there is no '" + find_daemon() + "', which a controller that is a program needs";
+  return tools::Bus({.lcm_url = private_bus(), .prefix = channels::kDefaultPrefix}).error();
 }
 
 std::string run_program(const Campaign& campaign, const Case& of, const std::string& folder, std::string& log,

@@ -7,8 +7,9 @@
 
 namespace freeflex::campaign {
 
-/// Returns the path of the daemon, which is beside this program.
-std::string find_daemon();
+/// Returns why this machine can run no case of a campaign with a program: there is no such program, no
+/// freeflexd beside this program, or no route for the bus. Returns an empty text if there is no reason.
+std::string find_program_fault(const Campaign& campaign);
 
 /// Runs a case on freeflexd in lockstep, with the program of the campaign on the same bus, and records what
 /// the daemon publishes. The bus is a UDP multicast group at a random address with a time to live of 0, so

@@ -89,8 +89,7 @@ class ProgramRunner : public Runner {
     if (::mkdtemp(folder.data()) == nullptr)
       error_ = "no folder can be made in " + std::filesystem::temp_directory_path().string();
     folder_ = folder;
-    if (!std::filesystem::exists(find_daemon()))
-      error_ = "there is no '" + find_daemon() + "', which a controller that is a program needs";
+    if (error_.empty()) error_ = find_program_fault(campaign);
   }
   ~ProgramRunner() override {
     std::error_code ignored;

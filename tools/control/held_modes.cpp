@@ -31,7 +31,9 @@ std::vector<int> points_of(const Plan& plan, const std::string& name) {
 /// Returns the axes about which the body can turn, as columns: three, two if all its mass is on a line, none
 /// if it is at a point   (THEORY 2.10).
 MatrixXd rotation_axes(const Plan& plan) {
-  constexpr double kRounding = 1e-12;  // of the inertia about a line of points, relative to the largest
+  // Points are on a line if the moment of inertia about it is at most this part of the largest moment. It is
+  // then a rounding error.
+  constexpr double kRounding = 1e-12;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(matrix_of(plan.inertia));
   const Vector3d& moments = solver.eigenvalues();
   const auto num_zero = static_cast<Index>((moments.array() <= kRounding * moments[2]).count());

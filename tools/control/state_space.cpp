@@ -257,6 +257,7 @@ class Builder {
       add_force(vector_of(mass.r), mass.row, force, effect);
       torque += d.cross(force);
     }
+    // a part of the torque that is lost is of its size, or a rounding error
     constexpr double kRounding = 1e-6;
     if (name.part[0] == 't' && (torque - unit).norm() > kRounding)
       return "the points of the group are on a line, about which they take no torque";

@@ -119,7 +119,7 @@ UnitStep from_decays(const Real& W, const Real& a) {
 /// Returns the response over a step of length h. Each thread keeps the last ones, because plans of one
 /// structure are compiled several times, and in campaigns thousands of times.
 UnitStep unit_step(double omega, double decay, double h) {
-  constexpr std::size_t kMostKept = 4096;  // of 400 bytes each
+  constexpr std::size_t kMostKept = 4096;  // of some 500 bytes each
   thread_local std::map<std::array<double, 3>, UnitStep> kept;
   const auto known = kept.find({omega, decay, h});
   if (known != kept.end()) return known->second;

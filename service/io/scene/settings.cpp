@@ -273,7 +273,7 @@ Node* SceneSettings::find_mapping(Node& mapping, const std::string& key) {
   return &made;
 }
 
-// sets one number of a list, which the last step gives by its position
+// sets one number of a list; the last step of the path is its position
 void SceneSettings::set_in_list(Node& mapping, const std::string& key) {
   const std::size_t step = current_->steps.size() - 1;
   const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),

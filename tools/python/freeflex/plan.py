@@ -204,7 +204,7 @@ class Plan:
 
     @classmethod
     def _borrowed(cls, handle):
-        """Returns a Plan of a handle that somebody else frees."""
+        """Returns a Plan that reads an existing handle and does not free it."""
         plan = cls.__new__(cls)
         plan._handle, plan._is_borrowed = handle, True
         plan._describe(handle)
