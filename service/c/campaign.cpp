@@ -41,7 +41,7 @@ class CallbackCommander : public campaign::Commander {
 
   std::string take(std::vector<ForceCommand>& commands) override {
     if (motion_->motion.state().tick % period_ != 0) return {};
-    const std::string reason = call([&] { return controller_.act(self_, &*motion_, reason_.data()); });
+    std::string reason = call([&] { return controller_.act(self_, &*motion_, reason_.data()); });
     commands.swap(motion_->pending);
     motion_->pending.clear();
     return reason;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "service/io/scene/reader.hpp"
 
@@ -53,7 +54,9 @@ Settings read_settings(Report& report, const Node& node, const std::string& labe
     }
     for (const auto& [path, value] : each->entries) {
       const std::string text = flow_text(*value);
-      settings.push_back({path->text, text, file + ": " + path->text + "=" + text});
+      std::string place = file + ": " + path->text;
+      place += "=" + text;
+      settings.push_back({path->text, text, std::move(place)});
     }
   }
   return settings;
