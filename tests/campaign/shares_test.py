@@ -102,12 +102,25 @@ class Shares(unittest.TestCase):
         self.assertEqual(self.campaign("merge", "seven").returncode, 0)
         self.assertEqual(self.table_of("seven"), self.table)
 
+    @classmethod
+    def bytes_of(cls, out):
+        """Returns the size of the results that the processes of a campaign have appended."""
+        try:
+            parts = [entry.path for entry in os.scandir(f"{cls.folder}/{out}") if entry.name.startswith("part-")]
+        except FileNotFoundError:
+            return 0
+        return sum(os.path.getsize(path) for path in parts)
+
     def test_fifty_kills(self):
-        for kill in range(50):
+        # by the cases that are done, because their time depends on the machine
+        moments = sorted(self.random.uniform(0.0, 0.9) * self.bytes_of("alone") for _ in range(50))
+        for kill, moment in enumerate(moments):
             with subprocess.Popen([f"{BIN}/freeflex", "campaign", "run", "c.yaml", "--out", "killed", "--jobs", "1"],
                                   cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
-                time.sleep(self.random.uniform(0.1, 0.5))
-                self.assertIsNone(process.poll(), f"the campaign ended before kill {kill}; take more cases")
+                time.sleep(self.random.uniform(0.01, 0.1))
+                while process.poll() is None and self.bytes_of("killed") < moment:
+                    time.sleep(0.001)
+                self.assertIsNone(process.poll(), f"the campaign ended before kill {kill}")
                 process.kill()
         ended = self.campaign("run", "killed")
         self.assertEqual(ended.returncode, 0, ended.stderr)
