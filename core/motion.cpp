@@ -1,5 +1,8 @@
 #include "core/motion.hpp"
 
+#include <algorithm>
+
+#include "core/step/loads/history.hpp"
 #include "core/step/turning/turning.hpp"
 
 namespace freeflex {
@@ -21,11 +24,31 @@ Motion::Motion(const Motion& other) : Motion(*other.plan_, kMotionAlone) {
 
 const StepReport& Motion::advance(std::span<const ForceCommand> commands) noexcept {
   const std::int64_t tick = state_.tick;
-  step(*plan_, state_, Inputs{commands}, workspace_, report_);
+  step_unread(*plan_, state_, Inputs{commands}, workspace_, report_);
   if (report_.status != StepStatus::kOk || !judgement_) return report_;
   judgement_->command(tick, commands);
-  judgement_->take(state_);
+  judgement_->take(judgement_->needs(state_) ? state() : state_);
   return report_;
+}
+
+void Motion::set_plan(const Plan& plan) noexcept {
+  assert(!has_verdict());
+  if (plan_ == &plan) return;
+  state();
+  state_.point_history.num_nodes = 0;  // the steps of the other plan have another length
+  state_.points.is_set = false;
+  plan_ = &plan;
+}
+
+bool Motion::is_pushed() const noexcept {
+  if (state_.num_slots > 0) return true;
+  if (integrates_points(*plan_))
+    return state_.tick > state_.epoch_start_tick &&
+           std::ranges::any_of(plan_->histories, [this](const PlanHistory& history) {
+             return amplitude_left(history, plan_->period, state_.tick - state_.epoch_start_tick) != 0.0;
+           });
+  return !is_zero(state_.force_W) || !is_zero(state_.moment_B) ||
+         (!plan_->histories.empty() && std::ranges::any_of(state_.Q, [](double Q) { return Q != 0.0; }));
 }
 
 void Motion::reset() noexcept {

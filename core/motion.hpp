@@ -28,6 +28,7 @@
 
 #include "core/error/judgement.hpp"
 #include "core/plan.hpp"
+#include "core/step/points/reading.hpp"
 #include "core/step/step.hpp"
 
 namespace freeflex {
@@ -55,19 +56,39 @@ class Motion {
   const StepReport& advance(std::span<const ForceCommand> commands = {}) noexcept;
   /// Continues the motion on another plan with the same structure, rung and modes, such as the plan at
   /// another rate. \pre the motion was made with kMotionAlone; `plan` outlives the motion
-  void set_plan(const Plan& plan) noexcept {
-    assert(!has_verdict());
-    plan_ = &plan;
-  }
+  void set_plan(const Plan& plan) noexcept;
   /// Returns to the initial values of the plan. The tick continues, and the epoch increases by one.
   void reset() noexcept;
 
   const Plan& plan() const noexcept { return *plan_; }
-  const State& state() const noexcept { return state_; }
+  std::int64_t tick() const noexcept { return state_.tick; }
+  std::int64_t epoch() const noexcept { return state_.epoch; }
+  std::int32_t num_slots() const noexcept { return state_.num_slots; }
+  bool uses_fallback() const noexcept { return state_.uses_fallback; }
+  /// Returns the state, until the next tick. If the plan integrates points, this call finds the frame and the
+  /// modes, which takes several products of all modes and points. The next two functions take less.
+  const State& state() const noexcept {
+    if (!state_.has_modes) read_modes(*plan_, state_, workspace_);
+    return state_;
+  }
+  /// Returns the state, from which read_point() reads the present motion. If the plan integrates points, its
+  /// modes may be those of an earlier tick.
+  const State& state_of_points() const noexcept {
+    if (!state_.has_frame) read_frame(*plan_, state_);
+    return state_;
+  }
+  /// Returns the motion of all points, if the plan integrates points.
+  const PointsAtTick& points() const noexcept {
+    read_points(*plan_, state_);
+    return state_.points;
+  }
   /// Returns the time since the epoch began [s].
   double time() const noexcept {
     return static_cast<double>(state_.tick - state_.epoch_start_tick) * plan_->period;
   }
+
+  /// Returns whether a command, or a load of the scene, acts just before the tick.
+  bool is_pushed() const noexcept;
 
   bool has_verdict() const noexcept { return judgement_.has_value(); }
   /// Returns the verdict on the motion so far. If nothing is judged, its tick is -1.
@@ -78,8 +99,8 @@ class Motion {
 
  private:
   const Plan* plan_;
-  State state_;
-  Workspace workspace_;
+  mutable State state_;  // state() finds the frame and the modes only when they are read
+  mutable Workspace workspace_;
   StepReport report_;
   std::optional<Judgement> judgement_;
   Verdict not_judged_;

@@ -48,6 +48,14 @@ struct PlanRung {
   bool meets = false;  // true: the estimates meet every tolerance of the scene
 };
 
+/// Holds why a plan integrates its modes or its points   (THEORY 12.136).
+struct PlanIntegration {
+  std::string why_modes;  // why it integrates modes; empty: it integrates points, or the rung has no choice
+  // [s] counted times of a tick: on modes, on points, and on points after a change of the loads; 0: not
+  // counted
+  double on_modes = 0.0, on_points = 0.0, after_change = 0.0;
+};
+
 /// Holds what the set-up decided and why. No program steps or judges a motion with it.
 struct PlanReport {
   std::vector<PlanFeature> features;  // empty: not examined; every feature is kept
@@ -55,8 +63,9 @@ struct PlanReport {
   double horizon = 0.0;               // [s] simulated time over which the errors of omission were estimated
   std::vector<PlanRung> tried_rungs;  // the rungs that `fidelity: auto` tried, cheapest first; the last one
                                       // was chosen
-  double frequency_accuracy = 0.0;    // [-]
-  double conditioning = 0.0;          // [-]
+  PlanIntegration integration;
+  double frequency_accuracy = 0.0;  // [-]
+  double conditioning = 0.0;        // [-]
 };
 
 /// Holds a compiled scene. The parts are bases only so that expressions like `plan.points` stay short.

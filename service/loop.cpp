@@ -65,8 +65,8 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
       applied_entry_(std::make_unique<AppliedEntry>()) {
   io::fill_name_table(plan, *names_);
   io::limit_holds(plan, *names_);
-  free_.take(plan_, state());
-  if (verdicts_ != nullptr) verdicts_->state(state());
+  free_.take(motion_);
+  if (verdicts_ != nullptr) verdicts_->take(motion_);
   for (std::size_t i = 0; i < every_.size(); ++i) every_[i] = io::ticks_between(plan.rates[i], plan.period);
 }
 
@@ -124,7 +124,7 @@ std::optional<std::int64_t> Simulation::wait_idle() noexcept {
 void Simulation::wait_for_verdict() noexcept {
   if (settings_.timing.is_paced()) return;
   const std::int64_t give_up_ns = clock_.now_ns() + kReaderPatience;
-  while (!verdicts_->is_ready(state().tick) && clock_.now_ns() < give_up_ns)
+  while (!verdicts_->is_ready(motion_.tick()) && clock_.now_ns() < give_up_ns)
     clock_.sleep_until(clock_.now_ns() + kReaderWait);
 }
 
@@ -137,8 +137,8 @@ void Simulation::set_steps(std::int64_t steps) noexcept {
 
 /// Executes one tick.
 void Simulation::advance(std::int64_t woken_ns) noexcept {
-  const std::span<const ForceCommand> due = command_queue_.take_due(state().tick);
-  const std::int64_t tick = state().tick;
+  const std::span<const ForceCommand> due = command_queue_.take_due(motion_.tick());
+  const std::int64_t tick = motion_.tick();
   const StepReport& report = motion_.advance(due);
   const auto num_clearances = index(command_queue_.num_due_clearances());
   if (report.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances), report);
@@ -159,15 +159,15 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
     applied_entry_->tick = tick;
     push_applied(freeflex_msgs::applied_t::FORCE, &command, nullptr);
   }
-  free_.take(plan_, state());
+  free_.take(motion_);
   if (verdicts_ != nullptr) {
     verdicts_->command(tick, due);  // not before the step, because commands of a failed step never act
     wait_for_verdict();
-    verdicts_->state(state());
+    verdicts_->take(motion_);
   }
-  output_.tick.store(state().tick, std::memory_order_relaxed);
+  output_.tick.store(motion_.tick(), std::memory_order_relaxed);
   if (steps_left_ != kForever) --steps_left_;
-  if (settings_.until_tick > 0 && state().tick >= settings_.until_tick) request_stop();
+  if (settings_.until_tick > 0 && motion_.tick() >= settings_.until_tick) request_stop();
   offer_due();
   const std::int64_t end_ns = clock_.now_ns();
   output_.compute.record(end_ns - woken_ns);
@@ -199,7 +199,7 @@ void Simulation::enter_fault(std::span<const ForceCommand> due, const StepReport
   has_faulted_ = true;
   ran_before_fault_ = steps_left_ == kForever;
   set_steps(0);
-  fault_ = {.tick = state().tick,
+  fault_ = {.tick = motion_.tick(),
             .num_commands = static_cast<std::int32_t>(due.size()),
             .status = report.status,
             .joint_point = report.joint_point};
@@ -210,11 +210,12 @@ void Simulation::enter_fault(std::span<const ForceCommand> due, const StepReport
   offer_all();
 }
 
-void Simulation::fill(Snapshot& draft) const noexcept {
-  draft.motion = state();  // copies only the MotionState, for which the draft has memory
+/// \param state  that of the motion
+void Simulation::fill(const State& state, Snapshot& draft) const noexcept {
+  draft.motion = state;  // copies only the MotionState, for which the draft has memory
   draft.applied_count = applied_count_;
   draft.free = free_;
-  draft.num_slots = state().num_slots;
+  draft.num_slots = state.num_slots;
   draft.mode = mode();
   draft.fault = fault_;
   if (verdicts_ == nullptr) {
@@ -247,13 +248,13 @@ void Simulation::offer_motion(std::size_t channel) noexcept {
     count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     return;
   }
-  fill(*draft);
+  fill(channel == kPointsChannel ? motion_.state_of_points() : motion_.state(), *draft);
   queue.offer();
 }
 
 void Simulation::offer_status() noexcept {
   Snapshot& draft = output_.status.draft();
-  fill(draft);
+  fill(motion_.state(), draft);
   output_.status.offer();
 }
 
@@ -270,7 +271,7 @@ void Simulation::offer_all() noexcept {
 void Simulation::offer_due() noexcept {
   if (!is_advancing()) return offer_all();
   for (std::size_t i = 0; i < every_.size(); ++i)
-    if (every_[i] > 0 && state().tick % every_[i] == 0) offer_motion(i);
+    if (every_[i] > 0 && motion_.tick() % every_[i] == 0) offer_motion(i);
 }
 
 }  // namespace freeflex::service

@@ -77,7 +77,7 @@ class Simulation {
   // loop.cpp: output
   void push_applied(std::int32_t kind, const ForceCommand* command, const Expiry* expiry) noexcept;
   void enter_fault(std::span<const ForceCommand> due, const StepReport& report) noexcept;
-  void fill(Snapshot& draft) const noexcept;
+  void fill(const State& state, Snapshot& draft) const noexcept;
   void offer_motion(std::size_t channel) noexcept;
   void offer_status() noexcept;
   void offer_all() noexcept;

@@ -56,16 +56,16 @@ bool Simulation::refuse_old(const Command& command, std::int64_t received_ns) no
   answer({.sender = command.sender,
           .sequence = command.sequence,
           .reason = Reason::kTooOld,
-          .tick = state().tick,
+          .tick = motion_.tick(),
           .found = age_ns / 1'000'000});
   return true;
 }
 
 void Simulation::handle_force(const ForceCommand& command, std::int64_t received_ns) noexcept {
   if (refuse_old(command, received_ns)) return;
-  CommandQueue::Decision decision{Reason::kWrongMode, state().tick, command.start_tick};
+  CommandQueue::Decision decision{Reason::kWrongMode, motion_.tick(), command.start_tick};
   if (!has_faulted_)
-    decision = command_queue_.submit(command, received_ns, state().tick, output_.applied.num_free());
+    decision = command_queue_.submit(command, received_ns, motion_.tick(), output_.applied.num_free());
   answer({.sender = command.sender,
           .sequence = command.sequence,
           .reason = decision.reason,
@@ -81,7 +81,7 @@ void Simulation::handle_control(const io::ControlCommand& control, std::int64_t 
   answer({.sender = control.sender,
           .sequence = control.sequence,
           .reason = reason,
-          .tick = state().tick,
+          .tick = motion_.tick(),
           .command = control.command,
           .found = control.count,
           .most = most_count(control.command)});
@@ -90,8 +90,8 @@ void Simulation::handle_control(const io::ControlCommand& control, std::int64_t 
 /// Returns the largest allowed count: the number of elastic modes for SHAPES, the number of pages for SCENE,
 /// else 0.
 std::int64_t Simulation::most_count(std::int32_t command) const noexcept {
-  if (command == control_t::SHAPES) return active_plan(plan_, state()).num_elastic;
-  return command == control_t::SCENE ? output_.num_scene_pages[state().uses_fallback ? 1 : 0] : 0;
+  if (command == control_t::SHAPES) return active_plan(plan_, motion_.state()).num_elastic;
+  return command == control_t::SCENE ? output_.num_scene_pages[motion_.uses_fallback() ? 1 : 0] : 0;
 }
 
 Reason Simulation::obey(const io::ControlCommand& control) noexcept {
@@ -128,7 +128,7 @@ Reason Simulation::obey(const io::ControlCommand& control) noexcept {
     case control_t::SCENE:
       if (control.count > most_count(control.command)) return Reason::kBadControl;
       return output_.requests.try_push(
-                 {control.command, static_cast<std::int32_t>(control.count), state().uses_fallback})
+                 {control.command, static_cast<std::int32_t>(control.count), motion_.uses_fallback()})
                  ? Reason::kAccepted
                  : Reason::kQueueFull;
     default:
@@ -146,7 +146,7 @@ Reason Simulation::clear_senders(const std::array<char, kSenderSize>& target) no
     answer({.sender = command.sender,
             .sequence = command.sequence,
             .reason = Reason::kCleared,
-            .tick = state().tick,
+            .tick = motion_.tick(),
             .found = command.start_tick});
   }
   command_queue_.clear_senders(target);
@@ -161,14 +161,14 @@ Reason Simulation::reset() noexcept {
     answer({.sender = command.sender,
             .sequence = command.sequence,
             .reason = Reason::kEpochEnded,
-            .tick = state().tick,
+            .tick = motion_.tick(),
             .found = command.start_tick});
   }
   command_queue_.clear();
   motion_.reset();
-  free_.take(plan_, state());
-  if (verdicts_ != nullptr) verdicts_->state(state());
-  applied_entry_->tick = state().tick;
+  free_.take(motion_);
+  if (verdicts_ != nullptr) verdicts_->take(motion_);
+  applied_entry_->tick = motion_.tick();
   push_applied(freeflex_msgs::applied_t::RESET, nullptr, nullptr);
   if (has_faulted_) {
     has_faulted_ = false;

@@ -33,13 +33,13 @@ double total_energy(const Plan& plan, const MotionState& motion, const Invariant
 
 }  // namespace
 
-void FreeMotion::take(const Plan& plan, const State& state) noexcept {
-  const bool was_free = is_free && epoch == state.epoch;
-  is_free = !is_pushed(plan, state);
-  epoch = state.epoch;
+void FreeMotion::take(const Motion& motion) noexcept {
+  const bool was_free = is_free && epoch == motion.epoch();
+  is_free = !motion.is_pushed();
+  epoch = motion.epoch();
   if (!is_free || was_free) return;
-  const Invariants invariants = read_invariants(plan, state);
-  energy = total_energy(plan, state, invariants);
+  const Invariants invariants = read_invariants(motion.plan(), motion.state());
+  energy = total_energy(motion.plan(), motion.state(), invariants);
   H_W = invariants.angular_momentum_W;
 }
 
@@ -108,11 +108,6 @@ void MotionStatus::fill_verdict(const JudgedMotion& judged, freeflex_msgs::statu
   status.shadow_error = judged.now.own_error;
   status.displacement_now = judged.now.displacement_now;
   status.error_scale = judged.now.scale;
-}
-
-bool is_pushed(const Plan& plan, const State& state) noexcept {
-  return state.num_slots > 0 || !is_zero(state.force_W) || !is_zero(state.moment_B) ||
-         (!plan.histories.empty() && std::ranges::any_of(state.Q, [](double Q) { return Q != 0.0; }));
 }
 
 std::string replan_name(const MotionState& motion) {

@@ -3,6 +3,7 @@
 
 #include "core/error/validity.hpp"
 #include "core/error/verdict.hpp"
+#include "core/motion.hpp"
 #include "core/step/readout.hpp"
 #include "freeflex_msgs/status_t.hpp"
 
@@ -16,7 +17,7 @@ struct FreeMotion {
   double energy = 0.0;  // [J] kinetic, elastic and gravitational
   Vec3 H_W{};           // [kg m^2/s]
   /// Updates these values. Must be called at the start of an epoch and after every tick. Allocates nothing.
-  void take(const Plan& plan, const State& state) noexcept;
+  void take(const Motion& motion) noexcept;
 };
 
 /// A motion with its verdicts and the values from which its drifts are measured.
@@ -45,9 +46,6 @@ class MotionStatus {
   std::int32_t num_modes_ = 0;  // elastic modes of the scene, including omitted modes
   bool is_damped_ = false;
 };
-
-/// Returns true if a command or a load of the scene acts in the state.
-bool is_pushed(const Plan& plan, const State& state) noexcept;
 
 /// Returns the feature for which a command switched to the fallback plan, "rotation" or "out_of_plane", or an
 /// empty text if the plan has not been switched.

@@ -49,9 +49,9 @@ VerdictThread::VerdictThread(const Plan& plan)
 
 /// Returns whether the shadow reads a state: at the start of each horizon, and in the horizons that are
 /// judged after each of its steps. The same rule as Shadow::needs(), from the tick alone.
-bool VerdictThread::needs(const MotionState& state) const noexcept {
-  const std::int64_t age = state.tick - state.epoch_start_tick;
-  if (state.epoch != epoch_ || age % shadow_.horizon_ticks == 0) return true;
+bool VerdictThread::needs(const Motion& motion) const noexcept {
+  const std::int64_t age = motion.tick() - epoch_start_;
+  if (motion.epoch() != epoch_ || age % shadow_.horizon_ticks == 0) return true;
   return age / shadow_.horizon_ticks % shadow_.every == 0 && age % shadow_.ticks == 0;
 }
 
@@ -70,24 +70,24 @@ void VerdictThread::command(std::int64_t tick, std::span<const ForceCommand> com
   }
 }
 
-void VerdictThread::state(const MotionState& state) noexcept {
-  const bool is_needed = needs(state);
-  if (state.epoch != epoch_) {
-    epoch_ = state.epoch;
-    epoch_start_ = state.tick;
+void VerdictThread::take(const Motion& motion) noexcept {
+  const bool is_needed = needs(motion);
+  if (motion.epoch() != epoch_) {
+    epoch_ = motion.epoch();
+    epoch_start_ = motion.tick();
     judged_ = {};
     has_fallen_behind_.store(false, std::memory_order_relaxed);
   }
-  take_due(state.tick);
+  take_due(motion.tick());
   if (has_fallen_behind() || (!is_needed && num_unfollowed_ < kMostUnfollowed)) return;
   MotionState* const draft = states_.draft();
   if (draft == nullptr) {  // a shadow cannot start within an epoch
     has_fallen_behind_.store(true, std::memory_order_relaxed);
     return;
   }
-  *draft = state;
+  *draft = motion.state();
   states_.offer();
-  last_fed_ = state.tick;
+  last_fed_ = motion.tick();
   num_unfollowed_ = 0;
 }
 

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "core/error/judgement.hpp"
+#include "core/motion.hpp"
 #include "service/queue.hpp"
 
 namespace freeflex::service {
@@ -26,10 +27,10 @@ class VerdictThread {
   explicit VerdictThread(const Plan& plan);
 
   // the simulation thread:
-  /// Passes the commands of a tick. Must be called before state() of the next tick.
+  /// Passes the commands of a tick. Must be called before take() of the next tick.
   void command(std::int64_t tick, std::span<const ForceCommand> commands) noexcept;
   /// Passes the state at the start of an epoch and after every tick, and takes the verdict that is due.
-  void state(const MotionState& state) noexcept;
+  void take(const Motion& motion) noexcept;
   /// Returns whether the verdict that is due at a tick has been computed. A loop that is not paced waits for
   /// it.
   bool is_ready(std::int64_t tick) const noexcept;
@@ -52,7 +53,7 @@ class VerdictThread {
     std::int64_t tick = 0;
     ForceCommand command{};
   };
-  bool needs(const MotionState& state) const noexcept;
+  bool needs(const Motion& motion) const noexcept;
   void take_due(std::int64_t tick) noexcept;
   bool judge_next() noexcept;
 

@@ -68,6 +68,10 @@ void Judgement::command(std::int64_t tick, std::span<const ForceCommand> command
   if (shadow_) shadow_->command(tick, commands);
 }
 
+bool Judgement::needs(const MotionState& state) const noexcept {
+  return state.epoch != epoch_ || (shadow_ && shadow_->needs(state));
+}
+
 bool Judgement::take(const MotionState& state) noexcept {
   if (state.epoch != epoch_) begin(state);
   if (!shadow_ || !shadow_->take(state)) return false;

@@ -21,6 +21,8 @@ class Judgement {
   /// Takes the state. Call this function at the start of an epoch and after every tick. Returns true if the
   /// verdict is new.
   bool take(const MotionState& state) noexcept;
+  /// Returns whether take() reads more than the numbers of tick and epoch.
+  bool needs(const MotionState& state) const noexcept;
   const Verdict& now() const noexcept { return now_; }
   /// Returns the worst verdict since the epoch began, or the first of several equally bad ones. If every
   /// verdict was `good`, the tick of the returned verdict is -1.

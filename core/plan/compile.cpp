@@ -9,6 +9,7 @@
 
 #include "core/plan/arrays.hpp"
 #include "core/plan/file/plan_bytes.hpp"
+#include "core/plan/integration/choose_method.hpp"
 #include "core/plan/loads/groups.hpp"
 #include "core/plan/loads/histories.hpp"
 #include "core/plan/loads/stiffening.hpp"
@@ -367,7 +368,14 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   if (is_coupled(plan)) compile_initial_joints(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, spec.rate);
-  if (is_coupled(plan)) check_stages(scene, plan, faults);
+  if (const std::string why = choose_method(spec.integration, plan); !why.empty()) {
+    const Origin& asked = spec.integration.origin;
+    add_error(faults, asked.source >= 0 ? asked : scene.points.front().origin,
+              "integration: points cannot be integrated, because " + why +
+                  "; write by: modes, or leave integration out");
+  }
+  if (has_error(faults)) return std::nullopt;
+  if (is_coupled(plan) && !integrates_points(plan)) check_stages(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;
   if (const std::string error = find_inconsistency(plan); !error.empty()) {
     add_overflow(scene, "the compiled plan is not usable, because " + error, faults);

@@ -13,6 +13,7 @@ PlanSpec full_spec(const Scene& scene, const Structure& structure, Fidelity rung
   PlanSpec spec;
   spec.rung = rung;
   spec.rate = scene.rate;
+  spec.integration = scene.integration;
   if (traits.has_modes) spec.modes.resize(num_modes);
   std::iota(spec.modes.begin(), spec.modes.end(), 0);
   spec.initial = initial_modes(scene, structure);
@@ -30,6 +31,7 @@ PlanSpec unpublished_spec(const Scene& scene, const Structure& structure, Fideli
   spec.rate = scene.rate * substeps;
   spec.has_every_row = true;
   spec.publishes_links = false;
+  spec.integration.by = IntegrateBy::kModes;
   // a rung that divides the tick would make fewer substeps per tick at the higher rate, so the largest phase
   // in a substep is reduced too
   if (traits_of(rung).divides_tick) spec.substep_phase /= substeps;

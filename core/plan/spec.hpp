@@ -25,6 +25,7 @@ struct PlanSpec {
   bool numbers_modes = false;   // true: fills Plan::mode_numbers, because modes may be omitted
   bool has_every_row = false;   // true: the plan has mode-shape rows of all points, read out or not
   bool publishes_links = true;  // true: the plan has the forces of the links that the scene publishes
+  Integration integration;      // of modes or of points
   double substep_phase = 0.0;   // [rad] largest phase in a substep, on rungs that divide the tick
   // Features that change the operations of the step. If any of them is omitted, `scope` says which commands
   // the plan then supports.

@@ -329,6 +329,17 @@ struct ModesAsked {
   bool is_asked() const { return below > 0.0 || count > 0; }
 };
 
+/// Specifies what the rungs with true geometry integrate.
+enum class IntegrateBy { kAuto = 0, kModes = 1, kPoints = 2 };
+inline constexpr double kLeastAccuracy = 1e-10, kMostAccuracy = 1e-3;
+struct Integration {
+  IntegrateBy by = IntegrateBy::kAuto;
+  // [-] of the fastest vibration after 1000 rad, from kLeastAccuracy to kMostAccuracy, if points are
+  // integrated; 0: 1e-6, on the rung `full` 1e-8
+  double accuracy = 0.0;
+  Origin origin{};
+};
+
 struct Scene {
   std::string name;
   std::vector<std::string> sources;  // file names as given
@@ -344,6 +355,7 @@ struct Scene {
   Attractor attractor;
   Fidelity fidelity = Fidelity::kSeparated;  // if `automatic` is given, the set-up chooses the rung
   std::optional<AutomaticRung> automatic;
+  Integration integration;
   VerdictAsked verdict;
   double tolerance = 0.0;  // [m] smallest displacement that matters to the user, with which errors are
                            // compared; 0: not given

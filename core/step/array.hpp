@@ -39,4 +39,11 @@ constexpr Count pad(Count n) noexcept {
 /// every row starts on a cache line.
 using Array = std::vector<double, CacheLineAllocator<double>>;
 
+/// Returns whether all values are finite.
+inline bool are_finite(const Array& values) noexcept {
+  double sum = 0.0;
+  for (const double x : values) sum += x - x;
+  return sum == 0.0;
+}
+
 }  // namespace freeflex

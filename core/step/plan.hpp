@@ -8,6 +8,7 @@
 #include "core/step/plan/frame.hpp"
 #include "core/step/plan/loads.hpp"
 #include "core/step/plan/modes.hpp"
+#include "core/step/plan/points.hpp"
 #include "core/step/plan/rows.hpp"
 #include "core/words.hpp"
 
@@ -29,6 +30,7 @@ struct StepPlan : PlanFrame, PlanModes, PlanLoads, PlanRows {
   double period = 0.0;  // [s]
   Fidelity fidelity = Fidelity::kSeparated;
   PlanInitial initial;
+  PlanPoints points_method;  // has no steps if the plan integrates its modes
   // At most one plan. The state is stepped on it from the tick at which a command needs a feature that this
   // plan omits   (THEORY 14.16)
   std::vector<StepPlan> fallback;
@@ -49,5 +51,8 @@ inline const StepPlan& plan_of_all_modes(const StepPlan& plan) noexcept {
 
 /// Returns true on the rungs on which elastic motion acts back on the body.
 inline bool is_coupled(const StepPlan& plan) noexcept { return traits_of(plan.fidelity).couples; }
+
+/// Returns whether a plan integrates the motion of its points in place of that of its modes (THEORY 12.127).
+inline bool integrates_points(const StepPlan& plan) noexcept { return plan.points_method.steps > 0; }
 
 }  // namespace freeflex

@@ -158,8 +158,16 @@ FrameMotion read_in_frame(const StepPlan& plan, const MotionState& state, int po
 PointState read_point(const StepPlan& given, const MotionState& state, int point) noexcept {
   assert(given.points[index(point)].row >= 0);
   const StepPlan& plan = active_plan(given, state);
-  const FrameMotion at = read_in_frame(plan, state, point);
   const Mat3 R = rotation_matrix(state.q_WB);
+  if (state.points.is_set) {
+    const auto of = [&](const Array& all) {
+      return std::array{of_point(all.data(), index(point)), of_point(all.data(), plan.points.size())};
+    };
+    const auto x = of(state.points.x), v = of(state.points.v), a = of(state.points.a);
+    return {add(x[1], x[0]), add(v[1], v[0]), add(a[1], a[0]),
+            sub(multiply_transposed(R, x[0]), plan.points[index(point)].r)};
+  }
+  const FrameMotion at = read_in_frame(plan, state, point);
   const Vec3 a_WB = add_scaled(gravity_at(plan, state.p_WB), 1.0 / plan.mass, state.force_W);
   return {add(state.p_WB, multiply(R, at.x)), add(state.v_WB, multiply(R, at.v)),
           add(a_WB, multiply(R, at.a)), at.V};

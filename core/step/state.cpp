@@ -57,6 +57,9 @@ void set_initial(const StepPlan& plan, State& state) {
   state.num_slots = 0;
   state.slots_changed = true;
   if (is_coupled(plan)) set_coupled_motion(plan, initial.w_B, state);
+  state.has_frame = state.has_modes = true;
+  state.points.is_set = state.point_history.is_multistep = false;
+  state.point_history.num_nodes = 0;
 }
 
 }  // namespace
@@ -82,6 +85,10 @@ State make_state(const StepPlan& plan) {
   if (!is_complete(plan.coupled.kinetics)) state.coupled.q_ddot.resize(n);
   state.slots.resize(kMaxSlots);
   state.commands_pattern = make_roomy_pattern(plan);
+  if (integrates_points(plan)) {
+    state.points = make_points_at_tick(plan.points_method);
+    state.point_history = make_point_history(plan.points_method);
+  }
   set_initial(plan, state);
   return state;
 }
@@ -97,6 +104,7 @@ Workspace make_workspace(const StepPlan& plan) {
   if (has_dependent_loads(plan)) workspace.predicted_q.resize(n);
   workspace.scratch.resize(modal_coupling_scratch_size(plan));
   if (is_coupled(plan)) workspace.coupled = make_coupled_workspace(plan);
+  if (integrates_points(plan)) workspace.points = make_points_workspace(plan.points_method);
   if (plan.coupled.num_substeps > 1) workspace.substep = make_state(plan);
   for (auto* v : {&workspace.next_wheel, &workspace.next_wheel_low}) v->resize(plan.wheels.size());
   workspace.next_slots.resize(kMaxSlots);

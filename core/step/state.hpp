@@ -10,6 +10,7 @@
 #include "core/step/links/true_links.hpp"
 #include "core/step/loads/loads.hpp"
 #include "core/step/plan.hpp"
+#include "core/step/points/history.hpp"
 #include "core/step/turning/ball_joints.hpp"
 #include "core/step/turning/spread.hpp"
 #include "core/step/turning/turning.hpp"
@@ -88,7 +89,11 @@ struct MotionState : Frame {
   Array Q;          // [N] (num_padded) generalized forces
   // [N m s] (num_wheels) momentum about the axis of each wheel
   std::vector<double> wheel_momentum, wheel_momentum_low;
-  CoupledState coupled;             // its arrays are empty below the coupled rungs
+  CoupledState coupled;  // its arrays are empty below the coupled rungs
+  PointsAtTick points;   // empty unless the plan integrates points
+  // false: the frame, or the rest of the members above, are those of an earlier tick, because the plan
+  // integrates points and nothing has read them
+  bool has_frame = true, has_modes = true;
   bool uses_fallback = false;       // true: a command needed the fallback plan, on which the state is stepped
                                     // until a reset
   std::int64_t fallback_tick = -1;  // tick of the switch to the fallback plan; -1: no switch
@@ -108,6 +113,7 @@ struct State : MotionState {
   bool slots_changed = true;                     // true: commands_pattern must be computed again
   LoadPattern commands_pattern;                  // sum of the slots
   std::int64_t num_slot_changes = 0;             // number of times that commands_pattern was computed
+  PointHistory point_history;                    // empty unless the plan integrates points
   bool operator==(const State&) const = delete;  // the operator of MotionState would ignore the slots
 };
 
@@ -183,6 +189,7 @@ struct Workspace {
                                  // empty unless the path is kSplit
   Array scratch;                 // see modal_coupling_scratch_size
   CoupledWorkspace coupled;      // empty below the coupled rungs
+  PointsWorkspace points;        // empty unless the plan integrates points
   MotionState substep;           // state after a substep; empty unless the plan divides the step
   std::vector<Slot> next_slots;  // size kMaxSlots
   LoadPattern next_pattern;

@@ -14,6 +14,8 @@
 #include "core/step/loads/slots.hpp"
 #include "core/step/loads/step_loads.hpp"
 #include "core/step/massless/massless_motion.hpp"
+#include "core/step/points/points.hpp"
+#include "core/step/points/reading.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/scope.hpp"
 #include "core/step/vector.hpp"
@@ -240,6 +242,14 @@ void commit(const StepLoads& step_loads, const Result& result, State& state, Wor
   }
 }
 
+void commit_slots(std::int32_t num_slots, State& state, Workspace& workspace) noexcept {
+  state.slots.swap(workspace.next_slots);
+  std::swap(state.commands_pattern, workspace.next_pattern);
+  ++state.num_slot_changes;
+  state.num_slots = num_slots;
+  state.slots_changed = false;
+}
+
 /// Makes one tick with the active plan.
 void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace& workspace,
              StepReport& report) noexcept {
@@ -250,6 +260,17 @@ void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace
   if (is_changed) num_slots = change_slots(plan, state, inputs, workspace, report);
   const StepLoads step_loads{plan, is_changed ? workspace.next_pattern : state.commands_pattern,
                              state.tick - state.epoch_start_tick, 0, inputs.over};
+  if (integrates_points(plan)) {
+    const bool is_fresh = (is_changed && !(step_loads.slots.sums == state.commands_pattern.sums)) ||
+                          step_loads.jumps() || step_loads.bends();
+    if (!advance_points(step_loads, is_fresh, state, workspace)) {
+      report = {.status = StepStatus::kNotFinite};
+      return;
+    }
+    ++state.tick;
+    if (is_changed) commit_slots(num_slots, state, workspace);
+    return;
+  }
   const Result result = is_coupled(plan) ? advance_coupled(step_loads, state, is_changed, workspace)
                                          : advance_separated(step_loads, state, is_changed, workspace);
   if (!result.is_finite) {
@@ -272,19 +293,19 @@ void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace
     return;
   }
   commit(step_loads, result, state, workspace);
-  if (is_changed) {
-    state.slots.swap(workspace.next_slots);
-    std::swap(state.commands_pattern, workspace.next_pattern);
-    ++state.num_slot_changes;
-    state.num_slots = num_slots;
-    state.slots_changed = false;
-  }
+  if (is_changed) commit_slots(num_slots, state, workspace);
 }
 
 }  // namespace
 
 void step(const StepPlan& plan, State& state, const Inputs& inputs, Workspace& workspace,
           StepReport& report) noexcept {
+  step_unread(plan, state, inputs, workspace, report);
+  read_modes(plan, state, workspace);
+}
+
+void step_unread(const StepPlan& plan, State& state, const Inputs& inputs, Workspace& workspace,
+                 StepReport& report) noexcept {
   if (plan.fallback.empty()) return step_in(plan, state, inputs, workspace, report);
   // if a command of this tick needs an omitted feature, the state is switched to the fallback plan before the
   // step   (THEORY 14.16)

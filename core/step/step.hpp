@@ -62,4 +62,10 @@ bool has_slot_for(const State& state, const ForceCommand& command) noexcept;
 void step(const StepPlan& plan, State& state, const Inputs& inputs, Workspace& workspace,
           StepReport& report) noexcept;
 
+/// As step(), but if the plan integrates points, this function leaves the motion of the points, the frame and
+/// the modes unread, because reading them takes longer than the step. read_points(), read_frame() and
+/// read_modes() find them   (THEORY 12.132 to 12.134). Motion does so.
+void step_unread(const StepPlan& plan, State& state, const Inputs& inputs, Workspace& workspace,
+                 StepReport& report) noexcept;
+
 }  // namespace freeflex

@@ -40,7 +40,7 @@ class CallbackCommander : public campaign::Commander {
   Motion& motion() override { return motion_->motion; }
 
   std::string take(std::vector<ForceCommand>& commands) override {
-    if (motion_->motion.state().tick % period_ != 0) return {};
+    if (motion_->motion.tick() % period_ != 0) return {};
     std::string reason = call([&] { return controller_.act(self_, &*motion_, reason_.data()); });
     commands.swap(motion_->pending);
     motion_->pending.clear();

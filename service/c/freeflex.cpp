@@ -416,10 +416,10 @@ int freeflex_motion_step(freeflex_motion* motion, std::int64_t ticks) noexcept {
       const StepReport& report = motion->motion.advance(motion->pending);
       if (report.status != StepStatus::kOk && report.status != StepStatus::kNotFinite)
         return fail(FREEFLEX_NOT_FINITE,
-                    lost_shape_text(motion->motion.plan(), report, motion->motion.state().tick));
+                    lost_shape_text(motion->motion.plan(), report, motion->motion.tick()));
       if (report.status != StepStatus::kOk)
         return fail(FREEFLEX_NOT_FINITE,
-                    "the state after tick " + std::to_string(motion->motion.state().tick) +
+                    "the state after tick " + std::to_string(motion->motion.tick()) +
                         " would not be finite, because loads or spin are far too large for "
                         "this structure; use smaller ones, or check their units");
       motion->pending.clear();
@@ -466,7 +466,7 @@ int freeflex_motion_push(freeflex_motion* motion, int slot, int axes, const free
 std::int64_t freeflex_motion_tick(const freeflex_motion* motion) noexcept {
   Entry entry(*motion);
   entry.wait();
-  return motion->motion.state().tick;
+  return motion->motion.tick();
 }
 double freeflex_motion_time(const freeflex_motion* motion) noexcept {
   Entry entry(*motion);
@@ -483,7 +483,7 @@ int freeflex_motion_state(const freeflex_motion* motion, freeflex_state* state, 
       return fail(FREEFLEX_BAD_ARGUMENT, "modes: " + quantity(num_modes, modes));
     if (momenta != nullptr && num_wheels < wheels.size())
       return fail(FREEFLEX_BAD_ARGUMENT, "wheels: " + quantity(num_wheels, wheels.size()));
-    state->tick = motion->motion.state().tick;
+    state->tick = motion->motion.tick();
     state->time = time_of(*motion);
     write_frame(*motion, state->frame);
     write_elastic(*motion, motion->motion.state().q, q);
@@ -515,7 +515,7 @@ int freeflex_motion_point(const freeflex_motion* motion, std::int32_t point, fre
   return entered(*motion, [&] {
     const Plan& plan = motion->plan();
     if (const int code = check_rows(plan, point); code != FREEFLEX_OK) return code;
-    const PointState read = read_point(plan, motion->motion.state(), point);
+    const PointState read = read_point(plan, motion->motion.state_of_points(), point);
     copy(read.p_W, state->position);
     copy(read.v_W, state->velocity);
     copy(read.a_W, state->acceleration);

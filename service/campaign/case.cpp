@@ -212,7 +212,7 @@ void CaseRunner::step_to_end(Commander& commander, CaseObserver* observer, CaseR
   std::vector<ForceCommand> commands;
   measuring.take(motion);
   if (observer != nullptr) observer->begin(plan);
-  while (motion.state().tick < last) {
+  while (motion.tick() < last) {
     commands.clear();
     result.message = commander.take(commands);
     if (!result.message.empty()) {
@@ -223,15 +223,15 @@ void CaseRunner::step_to_end(Commander& commander, CaseObserver* observer, CaseR
     if (report.status != StepStatus::kOk) {
       result.outcome = Outcome::kUnstable;
       result.message = report.status == StepStatus::kNotFinite
-                           ? "the state after tick " + std::to_string(motion.state().tick) + " is not finite"
-                           : lost_shape_text(plan, report, motion.state().tick);
+                           ? "the state after tick " + std::to_string(motion.tick()) + " is not finite"
+                           : lost_shape_text(plan, report, motion.tick());
       break;
     }
-    if (observer != nullptr) observer->stepped(motion.state().tick - 1, report, commands);
+    if (observer != nullptr) observer->stepped(motion.tick() - 1, report, commands);
     measuring.take(motion);
   }
   if (observer != nullptr) observer->end(motion.state());
-  result.ticks = motion.state().tick;
+  result.ticks = motion.tick();
   if (result.outcome != Outcome::kPassed) return;
   result.measures = measuring.results();
   result.message = find_failure(campaign_.measures, result.measures);

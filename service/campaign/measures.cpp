@@ -88,7 +88,7 @@ Measuring::Measuring(const Plan& plan, const std::vector<Measure>& measures, std
 }
 
 void Measuring::take(const Motion& motion) noexcept {
-  const std::int64_t tick = motion.state().tick;
+  const std::int64_t tick = motion.tick();
   const bool is_judged = motion.verdict().tick >= 0;
   for (Window& window : windows_) {
     if (tick < window.first || tick > window.last) continue;

@@ -205,7 +205,9 @@ std::string Quantities::add_link(const std::string& name, std::int32_t link, con
 
 void Quantities::read(const Motion& motion) noexcept {
   const Plan& plan = motion.plan();
-  const State& state = motion.state();
+  const bool reads_points_alone = std::ranges::all_of(
+      sources_, [](const Source& each) { return each.from == From::kPoint || each.from == From::kError; });
+  const State& state = reads_points_alone ? motion.state_of_points() : motion.state();
   for (std::size_t k = 0; k < points_.size(); ++k) point_states_[k] = read_point(plan, state, points_[k]);
   for (std::size_t k = 0; k < groups_.size(); ++k) group_poses_[k] = read_group(plan, state, groups_[k]);
   for (const LinkRows& link : links_)
@@ -215,11 +217,10 @@ void Quantities::read(const Motion& motion) noexcept {
     const Invariants all = read_invariants(plan, state);
     energy_ = all.kinetic_rigid + all.kinetic_elastic + all.potential;
   }
-  for (std::size_t k = 0; k < sources_.size(); ++k) values_[k] = value_of(sources_[k], motion);
+  for (std::size_t k = 0; k < sources_.size(); ++k) values_[k] = value_of(sources_[k], state, motion);
 }
 
-double Quantities::value_of(const Source& source, const Motion& motion) const noexcept {
-  const State& state = motion.state();
+double Quantities::value_of(const Source& source, const State& state, const Motion& motion) const noexcept {
   const auto of = static_cast<std::size_t>(source.index), part = static_cast<std::size_t>(source.part);
   switch (source.from) {
     case From::kBody:

@@ -55,7 +55,7 @@ class Quantities {
   std::string add_link(const std::string& name, std::int32_t link, const std::string& part);
   std::string add_item(const std::string& name);
   void push(From from, std::size_t index, std::int32_t part);
-  double value_of(const Source& source, const Motion& motion) const noexcept;
+  double value_of(const Source& source, const State& state, const Motion& motion) const noexcept;
 
   const Plan* plan_;
   std::vector<Source> sources_;

@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 14 as version 15.
+"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 15 as version 16.
 
-No number is computed anew, except for the checksum. The tables of the former verdict and error budget, which version 15 does
-not have, are left out, and the verdict is off; the tolerance is kept. The fingerprint does not change, because it does not
-cover the verdict. In the recording, FINGERPRINT, an old one of the plan, is replaced by the new one.
+No number is computed anew, except for the checksum. Version 16 adds the integration of points, which the plans do not have.
+The fingerprint covers it, so it changes. In the recording, FINGERPRINT, an old one of the plan, is replaced by the new one.
 The script prints how many numbers it read, and how many fingerprints it replaced.
 """
 
@@ -93,7 +92,11 @@ FIELDS = {
     "Wheel": [("name", "s"), ("attitude_index", "i"), ("axis", D3), ("momentum", "d")],
     "Rung": [("rung", "i"), ("position", "d"), ("attitude", "d"), ("elastic", "d"), ("is_finite", "B"),
              ("meets", "B")],
-    "Shadow": [("kind", "i"), ("substeps", "i"), ("plan", "StepPlan")],
+    "ShadowModes": [("numbers", ["i"]), ("projection", ["d"])],
+    "Shadow": [("plan", "StepPlan"), ("ticks", "i"), ("substeps", "i"), ("horizon_ticks", "q"), ("every", "q"),
+               ("delay_ticks", "q"), ("modes", ("ShadowModes", 2))],
+    "Verdict": [("is_off", "B"), ("horizon", "d"), ("share", "d"), ("longest_step", "d"), ("shadows", ["Shadow"]),
+                ("tolerance", "d"), ("shared", "i"), ("shared_text", "s"), ("fast_loads", ["i"]), ("lowest_omega", "d")],
     "History": [("name", "s"), ("kind", "i"), ("pulse_start", "d"), ("pulse_duration", "d"), ("start_tick", "q"),
                 ("end_tick", "q"), ("frequency", "d"), ("phase", "d"), ("times", ["d"]), ("values", ["d"]),
                 ("pattern", "Pattern"), ("followers", ["Follower"]), ("stiffening", "Stiffening"),
@@ -102,18 +105,7 @@ FIELDS = {
                    ("first_load_row", "i")],
     "Initial": [("p_WB", D3), ("v_WB", D3), ("q_WB", D4), ("w_B", D3), ("q", ["d"]), ("q_dot", ["d"]),
                 ("joints", "JointState")],
-    "Budget": [("horizon", "d"), ("horizon_ticks", "q"), ("shadows", ["Shadow"])],
     "CommandLimits": [("max_age", "d"), ("sender_share", "d"), ("max_hold", "d")],
-    "Bodies": [("push_rows", ["d"]), ("inner_load", "d"), ("unquantified_factor", ["d"]), ("load_sizes", ["d"])],
-    "Named": [("links", ["i"]), ("left_out", ["i"]), ("left_out_frequency", ["d"])],
-    "Unmodelled": [("is_known", "B"), ("is_rigid", "B"), ("has_unquantified", "B"), ("lacks_modes", "B"),
-                   ("tolerance", "d"), ("fast_loads", ["i"]), ("num_judged", "i"), ("pairs", [("i", 2)]),
-                   ("load_rows", ["d"]), ("rate_rows", ["d"]), ("spin_rows", ["d"]), ("coriolis_rows", ["d"]),
-                   ("coriolis_transfer", ["d"]), ("spin_loads", ["d"]), ("spin_left_out", ["d"]),
-                   ("root_quartic", ["d"]), ("num_shadowed", "i"), ("left_out", "d"), ("inertia_rows", ["d"]),
-                   ("load_arms", ["d"]), ("shadow_rows", ["d"]), ("left_out_rows", ["d"]), ("left_out_spin", ["d"]),
-                   ("bodies", "Bodies"), ("quartic_forms", ["d"]), ("gyroscopic", ["d"]), ("error_per_force", "d"),
-                   ("named", "Named"), ("stiffened_rows", ["d"])],
     "StepPlan": [("mass", "d"), ("rigid_freedoms", "i"), ("p_SB", D3), ("inertia", D9), ("inverse_inertia", D9),
                  ("line", D3), ("gravity_W", D3), ("attractor_mu", "d"), ("attractor_W", D3), ("has_gravity", "B"),
                  ("has_rotation", "B"), ("num_elastic", "i"), ("num_moving", "i"), ("num_padded", "i"),
@@ -128,25 +120,22 @@ FIELDS = {
 }
 SERVICE = [("state_rate", "d"), ("points_rate", "d"), ("loads_rate", "d"), ("status_rate", "d"),
            ("published_points", ["i"]), ("published_groups", ["i"]), ("force_limit", "d"), ("torque_limit", "d")]
-REST = [("command_limits", "CommandLimits"), ("unmodelled", "Unmodelled"), ("fallback_unmodelled", ["Unmodelled"]),
-        ("budget", "Budget"), ("features", ["Feature"]), ("tolerance", "d"), ("horizon", "d"),
-        ("tried_rungs", ["Rung"]), ("frequency_accuracy", "d"), ("conditioning", "d")]
+REST = [("command_limits", "CommandLimits"), ("verdict", "Verdict"), ("features", ["Feature"]), ("tolerance", "d"),
+        ("horizon", "d"), ("tried_rungs", ["Rung"]), ("frequency_accuracy", "d"), ("conditioning", "d")]
 FIELDS["Fingerprinted"] = [("name", "s"), ("scene_hash", "Q")] + FIELDS["StepPlan"] + SERVICE
 FIELDS["Rest"] = REST
-# members that version 15 does not have
-DROPPED = ("unmodelled", "fallback_unmodelled", "budget")
-
-
-def verdict_that_is_off(tolerance):
-    """Returns is_off, horizon, share, longest_step, shadows, tolerance, shared, shared_text, fast_loads and lowest_omega."""
-    return struct.pack("<BdddQdiQQd", 1, 0.0, 0.2, 0.0, 0, tolerance, 0, 0, 0, 0.0)
+# The members of version 16 that follow a member of version 15. Those of PlanPoints: steps, ticks, pieces, columns,
+# accuracy, eight sequences, noise, resolved, starts, spacing, num_nodes, weights. Those of PlanIntegration: why_modes,
+# on_modes, on_points, after_change
+ADDED = {"fallback_modes": struct.pack("<iiiid8QddQiiQ", 0, 1, 1, 2, 0.0, *[0] * 8, 0.0, 0.0, 0, 1, 0, 0),
+         "tried_rungs": struct.pack("<Qddd", 0, 0.0, 0.0, 0.0)}
 
 
 class Converter:
     """Copies a plan, and replaces what is new."""
 
     def __init__(self, content):
-        self.content, self.at, self.out, self.numbers, self.tolerance = content, 0, bytearray(), 0, 0.0
+        self.content, self.at, self.out, self.numbers = content, 0, bytearray(), 0
 
     def take(self, size):
         value = bytes(self.content[self.at:self.at + size])
@@ -165,20 +154,12 @@ class Converter:
         elif isinstance(kind, tuple):
             for _ in range(kind[1]):
                 self.copy(kind[0])
-        elif kind == "none":
-            assert self.count() == 0, "plans with such members are compiled again"
         elif kind == "s":
             self.take(self.count())
         elif kind in FIELDS:
             for name, of in FIELDS[kind]:
-                start = len(self.out)
-                if kind == "Unmodelled" and name == "tolerance":
-                    self.tolerance = struct.unpack_from("<d", self.content, self.at)[0]
                 self.copy(of)
-                if name in DROPPED:
-                    del self.out[start:]
-                if name == "budget":
-                    self.out += verdict_that_is_off(self.tolerance)
+                self.out += ADDED.get(name, b"")
         else:
             self.take({"d": 8, "i": 4, "q": 8, "Q": 8, "B": 1}[kind])
             self.numbers += 1
@@ -191,15 +172,15 @@ def main():
     assert data[:8] == MAGIC
     version, length, check = struct.unpack("<IQQ", data[8:28])
     content = data[28:]
-    assert version == 14 and len(content) == length and checksum(content) == check
+    assert version == 15 and len(content) == length and checksum(content) == check
     converter = Converter(content)
     converter.copy("Fingerprinted")
     fingerprint = checksum(converter.out)
     converter.copy("Rest")
     assert converter.at == len(content), "bytes are left"
     with open(path, "wb") as file:
-        file.write(MAGIC + struct.pack("<IQQ", 15, len(converter.out), checksum(converter.out)) + converter.out)
-    print(f"{path}: version 14 to 15, {converter.numbers} numbers read, {length - len(converter.out)} bytes left out, "
+        file.write(MAGIC + struct.pack("<IQQ", 16, len(converter.out), checksum(converter.out)) + converter.out)
+    print(f"{path}: version 15 to 16, {converter.numbers} numbers read, {len(converter.out) - length} bytes added, "
           f"fingerprint {fingerprint:016x}")
     if len(sys.argv) == 4:
         old, new = struct.pack(">Q", int(sys.argv[3], 16)), struct.pack(">Q", fingerprint)

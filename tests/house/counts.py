@@ -92,9 +92,9 @@ COUNTS = [
      occurrences(r'#include "core/scene/', "core/plan", "core/step"), 1),
     ("casts to std::size_t in core, beside index()", occurrences(r"static_cast<std::size_t>", "core"), 108),
     ("rooms of core with more than 17 files", crowded_rooms(), 0),
-    ("files of more than 400 lines", long_files(), 16),
+    ("files of more than 400 lines", long_files(), 15),
     ("functions of more than 70 lines", long_functions(), 0),
-    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 35500),
+    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 37600),
 ]
 
 failed = False

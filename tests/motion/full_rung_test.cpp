@@ -26,13 +26,9 @@ Link dashpot(double coefficient) {
 
 std::string refusal(Scene scene, Fidelity rung, double rate) {
   scene.fidelity = rung;
+  scene.integration.by = IntegrateBy::kModes;
   scene.rate = rate;
-  Faults faults;
-  const auto structure = build_structure(scene, faults);
-  if (!structure || make_full_plan(scene, *structure, scene.fidelity, faults)) return {};
-  for (const Fault& fault : faults)
-    if (fault.severity == Fault::Severity::kError) return fault.message;
-  return "?";
+  return refusal_of(scene);
 }
 
 TEST(FullRung, ResolvesStiffBarsThatTheExactBarsRungDoesNotResolve) {
@@ -110,6 +106,7 @@ TEST(FullRung, ATickThatNeedsTooManySubstepsIsRefused) {
 TEST(FullRung, TheVerdictEstimatesTheIntegrationErrorOfTheFullRung) {
   Scene scene = stiffened(1e2);
   scene.fidelity = Fidelity::kFull;
+  scene.integration.by = IntegrateBy::kModes;
   scene.rate = 500.0;
   Watched watched(scene);
   const Plan& plan = watched.plan;

@@ -1,6 +1,8 @@
 // This file has scenes and error measures for tests of the fidelity ladder.
 #pragma once
 
+#include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 #include "tests/reference/separated_cases.hpp"
 
 namespace freeflex::testing {
@@ -48,13 +50,24 @@ inline Scene boxed_truss(double spin, double force) {
   return scene;
 }
 
-/// Returns the simulation of the scene on a rung with steps of h [s], at the time `end` [s].
+/// Returns the simulation of the scene on a rung, on its modes, with steps of h [s], at the time `end` [s].
 inline Simulation run_rung(Scene scene, Fidelity rung, double h, double end) {
   scene.fidelity = rung;
+  scene.integration.by = IntegrateBy::kModes;
   scene.rate = 1.0 / h;
   Simulation simulation(scene);
   simulation.run(std::llround(end / h));
   return simulation;
+}
+
+/// Returns the first error of a scene that has no plan, and an empty text for a scene that has one.
+inline std::string refusal_of(const Scene& scene) {
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  if (!structure || make_full_plan(scene, *structure, scene.fidelity, faults)) return {};
+  for (const Fault& fault : faults)
+    if (fault.severity == Fault::Severity::kError) return fault.message;
+  return "?";
 }
 
 inline Eigen::VectorXd masses_of(const Scene& scene) {

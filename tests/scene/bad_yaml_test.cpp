@@ -174,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(
                    "- points\n"
                    "- links\n"}},
                  {"scene.yaml:1:1: error: scene is a list, but must be a mapping of name, rate, fidelity, "
-                  "tolerance, verdict, points, links, groups, damping, gravity, attractor, initial, "
+                  "tolerance, integration, verdict, points, links, groups, damping, gravity, attractor, initial, "
                   "wheels, loads, feedback, leave_out, modes, publish, commands"}},
         BadScene{"PointsAreText",
                  {{"scene.yaml", "points: points.csv\n"}},
@@ -214,7 +214,7 @@ INSTANTIATE_TEST_SUITE_P(
                                            "links:\n"
                                            "  - {name: l, spring: [hub, tip], stifness: 10}\n"}},
             {"scene.yaml:5:1: error: scene: the key 'dampnig' is unknown (did you mean 'damping'?); allowed "
-             "are name, rate, fidelity, tolerance, verdict, points, links, groups, damping, gravity, "
+             "are name, rate, fidelity, tolerance, integration, verdict, points, links, groups, damping, gravity, "
              "attractor, initial, wheels, loads, feedback, leave_out, modes, publish, commands",
              "scene.yaml:7:35: error: link 'l': the key 'stifness' is unknown (did you mean 'stiffness'?); "
              "allowed are name, spring, stiffness, viscous, loss_factor"}},

@@ -142,6 +142,7 @@ Json Schema::with_every_key() {
   return Json::parse(R"({
 "name": "every", "rate": 100, "fidelity": "auto",
 "tolerance": {"displacement": 1e-5, "position": 1e-3, "attitude": 1e-3, "elastic": 0.1, "horizon": 10},
+"integration": {"by": "auto", "accuracy": 1e-6},
 "verdict": {"horizon": 1, "step": 0.01, "share": 0.5},
 "points": [
   {"name": "a", "mass": 10, "at": [0, 0, 0], "inertia": [1, 1, 1], "offset": [0, 0, 1], "axes": [1, 0, 0, 0]},

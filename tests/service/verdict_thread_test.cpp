@@ -48,7 +48,7 @@ class Fed {
  public:
   explicit Fed(const Plan& plan) : motion(plan), thread(plan) {
     note();
-    thread.state(motion.state());
+    thread.take(motion);
   }
   ~Fed() { stop(); }
   Fed(const Fed&) = delete;
@@ -67,14 +67,14 @@ class Fed {
     ASSERT_EQ(motion.advance(commands).status, StepStatus::kOk);
     note();
     if (waits) wait();
-    thread.state(motion.state());
+    thread.take(motion);
   }
   void reset() {
     motion.reset();
     waiting_.clear();
     due_ = {};
     note();
-    thread.state(motion.state());
+    thread.take(motion);
   }
   void wait() const {
     while (!thread.is_ready(motion.state().tick)) std::this_thread::yield();

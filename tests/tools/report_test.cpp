@@ -112,12 +112,28 @@ TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
     EXPECT_GT(item["cpu_once"], 0.0);
     EXPECT_GE(item["elastic_error"], 0.0);
   }
-  for (const char* method : {"rigid", "separated", "spin-loaded", "coupled", "corotational", "full",
-                             "velocity Verlet", "Runge-Kutta 4", "Stoermer 8", "Stoermer 12", "Stoermer 16",
-                             "Kahan-Li 8", "ARKODE explicit 4", "ARKODE explicit 8", "ARKODE implicit 5",
-                             "CVODE Adams", "CVODE BDF", "leapfrog, linear", "Krylov, linear"})
+  for (const char* method : {"rigid",
+                             "separated",
+                             "spin-loaded",
+                             "coupled",
+                             "corotational",
+                             "corotational, points",
+                             "full",
+                             "velocity Verlet",
+                             "Runge-Kutta 4",
+                             "Stoermer 8",
+                             "Stoermer 12",
+                             "Stoermer 16",
+                             "Kahan-Li 8",
+                             "ARKODE explicit 4",
+                             "ARKODE explicit 8",
+                             "ARKODE implicit 5",
+                             "CVODE Adams",
+                             "CVODE BDF",
+                             "leapfrog, linear",
+                             "Krylov, linear"})
     EXPECT_TRUE(methods.count(method)) << method;
-  EXPECT_EQ(methods.size(), 19u) << "springs and bars need no method for forces that depend on velocities";
+  EXPECT_EQ(methods.size(), 20u) << "springs and bars need no method for forces that depend on velocities";
   EXPECT_TRUE(scene["evaluation_cpu"].is_null());
   EXPECT_FALSE(contains(scene["left_out"].dump(), "midpoint"));
   for (const char* key : {"processor", "compiler", "flags", "commit", "date"})

@@ -107,9 +107,9 @@ class Replay {
     Progress progress("replay");
     const std::int64_t last_tick = session_.states.back().tick;
     for (const StateRecord& record : session_.states) {
-      while (is_identical() && (state().tick != record.tick || state().epoch != record.epoch)) {
+      while (is_identical() && (motion_.tick() != record.tick || motion_.epoch() != record.epoch)) {
         advance(record);
-        progress.update(static_cast<double>(state().tick) /
+        progress.update(static_cast<double>(motion_.tick()) /
                         static_cast<double>(std::max<std::int64_t>(1, last_tick)));
       }
       if (is_identical()) check(record);
@@ -135,17 +135,17 @@ class Replay {
   void advance(const StateRecord& target) {
     if (is_interrupted()) {
       outcome_.result = Result::kStopped;
-      outcome_.error = "the replay was interrupted at tick " + std::to_string(state().tick);
+      outcome_.error = "the replay was interrupted at tick " + std::to_string(motion_.tick());
       return;
     }
-    if (feed_.next_kind(state().tick) == applied_t::RESET) {
+    if (feed_.next_kind(motion_.tick()) == applied_t::RESET) {
       feed_.take_reset();
       motion_.reset();
       return;
     }
-    const std::int64_t tick = state().tick;
-    if (tick > target.tick || state().epoch > target.epoch) {
-      return differ({target.tick, "epoch", std::to_string(target.epoch), std::to_string(state().epoch)});
+    const std::int64_t tick = motion_.tick();
+    if (tick > target.tick || motion_.epoch() > target.epoch) {
+      return differ({target.tick, "epoch", std::to_string(target.epoch), std::to_string(motion_.epoch())});
     }
     const std::string error = feed_.take_commands(tick, commands_, ended_);
     if (!error.empty()) return fail(error);
@@ -163,7 +163,7 @@ class Replay {
   /// Compares the verdicts on the present state with the recorded ones.
   void check_verdict() {
     const Verdict& verdict = motion_.verdict();
-    const std::pair now(state().epoch, state().tick);
+    const std::pair now(motion_.epoch(), motion_.tick());
     for (; next_verdict_ < session_.verdicts.size(); ++next_verdict_) {
       const VerdictRecord& record = session_.verdicts[next_verdict_];
       if (std::pair(record.epoch, record.tick) > now) return;

@@ -45,7 +45,7 @@ std::string RecordedCommander::begin(const std::shared_ptr<const CasePlan>& plan
 
 std::string RecordedCommander::take(std::vector<ForceCommand>& commands) {
   ended_.clear();
-  return feed_->take_commands(motion().state().tick, commands, ended_);
+  return feed_->take_commands(motion().tick(), commands, ended_);
 }
 
 }  // namespace freeflex::campaign

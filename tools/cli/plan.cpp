@@ -38,6 +38,9 @@ JSON fields:
   rung, substeps_per_tick
                the fidelity, and the substeps of a tick on a coupled rung
   rungs_tried  by fidelity: auto; for each: rung, finite, position [m], attitude [rad], elastic, meets
+  integration  by (modes or points), why_modes; counted_seconds of a tick:
+               on_modes, on_points, after_change (of the loads, on points); of points: accuracy, steps_per_tick,
+               ticks_per_step
   verdict      null if nothing is judged, else of the motion with which the state is compared: fidelity, step [s];
                horizon [s], every (one in this many horizons is judged), delay [s] of the result in a daemon
   features     for each: feature, left_out, count, why, error [m], relative_error (to the largest displacement),
@@ -137,6 +140,39 @@ Json rungs_json(const Plan& plan) {
   return rungs;
 }
 
+/// Prints whether the plan integrates modes or points, and the counted times from which this was chosen.
+void print_integration(const Plan& plan) {
+  const PlanIntegration& integration = plan.integration;
+  const PlanPoints& method = plan.points_method;
+  if (!traits_of(plan.fidelity).has_true_geometry) return;
+  std::string text = "of modes, because " + integration.why_modes;
+  if (integrates_points(plan))
+    text = "of points, with " +
+           (method.ticks > 1 ? format_text("one step in %d ticks", method.ticks)
+                             : counted(method.steps, "step") + " in a tick") +
+           format_text(" for an accuracy of %g", method.accuracy);
+  if (integration.on_modes > 0.0)
+    text += format_text(
+        "; counted times of a tick: %.3g us on modes, %.3g us on points, %.3g us on points after a "
+        "change of the loads",
+        1e6 * integration.on_modes, 1e6 * integration.on_points, 1e6 * integration.after_change);
+  std::printf("integration        %s\n", wrapped(text, 19).c_str());
+}
+
+Json integration_json(const Plan& plan) {
+  const PlanIntegration& integration = plan.integration;
+  const PlanPoints& method = plan.points_method;
+  return {{"by", integrates_points(plan) ? "points" : "modes"},
+          {"why_modes", integration.why_modes},
+          {"steps_per_tick", method.steps},
+          {"ticks_per_step", method.ticks},
+          {"accuracy", method.accuracy},
+          {"counted_seconds",
+           {{"on_modes", integration.on_modes},
+            {"on_points", integration.on_points},
+            {"after_change", integration.after_change}}}};
+}
+
 /// Prints the rungs that the setting `fidelity: auto` tried, and how the motion is judged.
 void print_rungs(const Plan& plan) {
   std::printf("rung               %s", name_of(plan.fidelity));
@@ -150,6 +186,7 @@ void print_rungs(const Plan& plan) {
     else
       std::printf("  %-16s diverges\n", name_of(each.rung));
   }
+  print_integration(plan);
   if (plan.verdict.shadows.empty()) {
     std::printf("verdict            %s\n", wrapped("not judged: " + not_judged_text(plan), 19).c_str());
     return;
@@ -194,6 +231,7 @@ void print_plan_json(const Plans& plans) {
   out["rung"] = name_of(plan.fidelity);
   out["substeps_per_tick"] = plan.coupled.num_substeps;
   out["rungs_tried"] = rungs_json(plan);
+  out["integration"] = integration_json(plan);
   out["verdict"] = nullptr;
   for (const PlanShadow& shadow : plan.verdict.shadows)
     out["verdict"] = {{"fidelity", name_of(shadow.plan.fidelity)},

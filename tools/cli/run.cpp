@@ -222,27 +222,26 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
                 MotionPlot* plot, Explanation* explanation) {
   CommandFeed* const feed = log.feed.get();
   Motion motion(plan);
-  const State& state = motion.state();
   std::vector<ForceCommand> commands;
   std::vector<applied_t> ended;
   Progress progress("run");
-  output.publish(state, true);
-  if (plot != nullptr) plot->take(state);
-  extremes.take(state);
+  output.publish(motion, true);
+  if (plot != nullptr) plot->take(motion.state());
+  extremes.take(motion.state());
   output.judge(motion, true);
-  if (explanation != nullptr) explanation->take(state);
-  while (state.tick < last && !output.has_error()) {
-    if (is_interrupted()) return {kExitInterrupted, "", state.tick, motion.verdict(), motion.worst(), {}};
-    const std::int64_t tick = state.tick;
+  if (explanation != nullptr) explanation->take(motion.state());
+  while (motion.tick() < last && !output.has_error()) {
+    const std::int64_t tick = motion.tick();
+    if (is_interrupted()) return {kExitInterrupted, "", tick, motion.verdict(), motion.worst(), {}};
     commands.clear();
     if (feed != nullptr) {
       while (feed->next_kind(tick) == applied_t::RESET) {
         feed->take_reset();
         motion.reset();
         output.applied_reset(tick);
-        output.publish(state, true);
+        output.publish(motion, true);
         output.judge(motion, true);
-        if (explanation != nullptr) explanation->take(state);
+        if (explanation != nullptr) explanation->take(motion.state());
       }
       const std::string error = feed->take_commands(tick, commands, ended);
       if (!error.empty()) return refuse_record(error, log.is_foreign, tick);
@@ -251,7 +250,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
     const StepReport& report = motion.advance(commands);
     if (report.status != StepStatus::kOk) {
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
-      extremes.take(state);
+      extremes.take(motion.state());
       if (report.status != StepStatus::kOk && report.status != StepStatus::kNotFinite)
         return {kExitDiffers, lost_shape_text(plan, report, tick), tick};
       return {kExitDiffers,
@@ -266,17 +265,18 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
               tick};
     }
     output.applied_step(tick, report, commands);
-    output.publish(state, state.tick == last);
+    const bool is_last = tick + 1 == last, is_looked_at = (tick + 1) % kLookEvery == 0;
+    output.publish(motion, is_last);
     if (explanation != nullptr) {
-      explanation->take(state);
-      if (state.tick % kLookEvery == 0) output.set_effect(explanation->leading());
+      explanation->take(motion.state());
+      if (is_looked_at) output.set_effect(explanation->leading());
     }
-    output.judge(motion, state.tick == last);
-    if (plot != nullptr) plot->take(state);
-    if (state.tick % kLookEvery == 0 || state.tick == last) extremes.take(state);
-    progress.update(static_cast<double>(state.tick) / static_cast<double>(last));
+    output.judge(motion, is_last);
+    if (plot != nullptr) plot->take(motion.state());
+    if (is_looked_at || is_last) extremes.take(motion.state());
+    progress.update(static_cast<double>(tick + 1) / static_cast<double>(last));
   }
-  Result result{kExitOk, "", state.tick};
+  Result result{kExitOk, "", motion.tick()};
   result.verdict = motion.verdict();
   result.worst = motion.worst();
   return result;

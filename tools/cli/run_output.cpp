@@ -51,24 +51,25 @@ class LogOutput : public RunOutput {
     stamp_.plan_fingerprint = plan_fingerprint(plan);
   }
 
-  void publish(const State& state, bool is_edge) override {
-    stamp_.utime = utime(state.tick);
-    if (is_due(scene_every_, state.tick, false))
-      for (const auto& page : io::make_scene_messages(plan_, state.uses_fallback, input_, stamp_))
+  void publish(const Motion& motion, bool is_edge) override {
+    const std::int64_t tick = motion.tick();
+    stamp_.utime = utime(tick);
+    if (is_due(scene_every_, tick, false))
+      for (const auto& page : io::make_scene_messages(plan_, motion.uses_fallback(), input_, stamp_))
         put(channels::kScene, page);
     for (std::size_t i = 0; i < every_.size(); ++i) {
-      if (!is_due(every_[i], state.tick, is_edge)) continue;
+      if (!is_due(every_[i], tick, is_edge)) continue;
+      const State& state = i == kPointsChannel ? motion.state_of_points() : motion.state();
       const io::ChannelEncoder& channel = io::kEncoders[i];
       for (const auto& message : channel.encode(plan_, state, stamp_))
         writer_.write(prefix_ + channel.suffix, stamp_.utime, message);
     }
   }
   void judge(Motion& motion, bool is_edge) override {
-    const State& state = motion.state();
-    free_.take(plan_, state);
+    free_.take(motion);
     take_verdict(motion);
-    if (!is_due(status_every_, state.tick, is_edge)) return;
-    stamp_.utime = utime(state.tick);
+    if (!is_due(status_every_, motion.tick(), is_edge)) return;
+    stamp_.utime = utime(motion.tick());
     put(channels::kStatus, status_of(motion));
   }
   void set_effect(const std::string& text) override { effect_ = text; }
@@ -106,12 +107,11 @@ class LogOutput : public RunOutput {
   /// Takes the verdict that a daemon publishes at this tick, PlanShadow::delay_ticks after the tick it is on.
   void take_verdict(const Motion& motion) {
     if (plan_.verdict.shadows.empty()) return;
-    const State& state = motion.state();
-    if (state.epoch != epoch_) judged_ = {}, waiting_.clear(), epoch_ = state.epoch;
+    if (motion.epoch() != epoch_) judged_ = {}, waiting_.clear(), epoch_ = motion.epoch();
     const std::int64_t newest = waiting_.empty() ? judged_.now.tick : waiting_.back().now.tick;
     if (motion.verdict().tick > newest) waiting_.push_back({motion.verdict(), motion.worst()});
     const std::int64_t delay = plan_.verdict.shadows.front().delay_ticks;
-    while (!waiting_.empty() && waiting_.front().now.tick + delay <= state.tick) {
+    while (!waiting_.empty() && waiting_.front().now.tick + delay <= motion.tick()) {
       judged_ = waiting_.front();
       waiting_.pop_front();
     }
@@ -126,7 +126,7 @@ class LogOutput : public RunOutput {
     status.mode = freeflex_msgs::status_t::RUNNING;
     status.time_mode = "asap";
     status.applied_count = stamp_.applied_count;
-    status.num_slots = motion.state().num_slots;
+    status.num_slots = motion.num_slots();
     motion_status_.fill({.motion = motion.state(), .now = judged_.now, .worst = judged_.worst, .free = free_},
                         status);
     return status;
@@ -176,8 +176,9 @@ class CsvOutput : public RunOutput {
     writer_.header(names);
   }
 
-  void publish(const State& state, bool is_edge) override {
-    if (!is_due(every_, state.tick, is_edge)) return;
+  void publish(const Motion& motion, bool is_edge) override {
+    if (!is_due(every_, motion.tick(), is_edge)) return;
+    const State& state = motion.state();
     const freeflex_msgs::state_t message = io::make_state_message(plan_, state, io::Stamp{});
     values_.assign(1, message.time);
     append(message.position, 3);
@@ -243,7 +244,7 @@ class CsvOutput : public RunOutput {
 /// Writes nothing. Used for a run with only a summary or a picture.
 class NoOutput : public RunOutput {
  public:
-  void publish(const State&, bool) override {}
+  void publish(const Motion&, bool) override {}
   void judge(Motion&, bool) override {}
   void applied_reset(std::int64_t) override {}
   void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}

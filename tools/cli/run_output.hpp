@@ -14,9 +14,9 @@ namespace freeflex::tools {
 class RunOutput {
  public:
   virtual ~RunOutput() = default;
-  /// Writes the messages, or the row, that are due at the state's tick. If is_edge is true (at start, end and
-  /// reset), STATE, POINTS and LOADS, or the row, are due at any tick.
-  virtual void publish(const State& state, bool is_edge) = 0;
+  /// Writes the messages, or the row, that are due at the tick of a motion. If is_edge is true (at start, end
+  /// and reset), STATE, POINTS and LOADS, or the row, are due at any tick.
+  virtual void publish(const Motion& motion, bool is_edge) = 0;
   /// Writes a STATUS with the verdict on a motion to a log, if a STATUS is due or is_edge is true.
   virtual void judge(Motion& motion, bool is_edge) = 0;
   /// Adds what a motion lacks most to the causes that later messages publish.

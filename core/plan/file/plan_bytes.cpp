@@ -15,7 +15,7 @@ namespace {
 // "FFPLAN" and two bytes that text-mode transfers change
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 15;
+constexpr std::uint32_t kVersion = 16;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -310,6 +310,18 @@ void fields(Archive& archive, T& l) {
   all_of<CommandLimits>(archive, l.max_age, l.sender_share, l.max_hold);
 }
 
+template <typename Archive, Is<PlanStartValue> T>
+void fields(Archive& archive, T& s) {
+  all_of<PlanStartValue>(archive, s.first_node, s.node, s.weights);
+}
+
+template <typename Archive, Is<PlanPoints> T>
+void fields(Archive& archive, T& p) {
+  all_of<PlanPoints>(archive, p.steps, p.ticks, p.pieces, p.columns, p.accuracy, p.first, p.second,
+                     p.stiffness, p.inverse_square, p.tension, p.damping, p.inverse_mass, p.share, p.noise,
+                     p.resolved, p.starts, p.spacing, p.num_nodes, p.weights);
+}
+
 template <typename Archive, Is<PlanFrame> T>
 void fields(Archive& archive, T& f) {
   all_of<PlanFrame>(archive, f.mass, f.rigid_freedoms, f.p_SB, f.inertia, f.inverse_inertia, f.line,
@@ -337,7 +349,7 @@ void fields(Archive& archive, T& r) {
 template <typename Archive, Is<StepPlan> T>
 void fields(Archive& archive, T& p) {
   all_of<StepPlan>(archive, part<PlanFrame>(p), part<PlanModes>(p), part<PlanLoads>(p), part<PlanRows>(p),
-                   p.period, p.fidelity, p.initial, p.fallback, p.fallback_modes);
+                   p.period, p.fidelity, p.initial, p.fallback, p.fallback_modes, p.points_method);
 }
 
 template <typename Archive, Is<PlanService> T>
@@ -346,10 +358,15 @@ void fields(Archive& archive, T& s) {
                       s.torque_limit);
 }
 
+template <typename Archive, Is<PlanIntegration> T>
+void fields(Archive& archive, T& i) {
+  all_of<PlanIntegration>(archive, i.why_modes, i.on_modes, i.on_points, i.after_change);
+}
+
 template <typename Archive, Is<PlanReport> T>
 void fields(Archive& archive, T& r) {
-  all_of<PlanReport>(archive, r.features, r.tolerance, r.horizon, r.tried_rungs, r.frequency_accuracy,
-                     r.conditioning);
+  all_of<PlanReport>(archive, r.features, r.tolerance, r.horizon, r.tried_rungs, r.integration,
+                     r.frequency_accuracy, r.conditioning);
 }
 
 // The fingerprint covers the members up to PlanService.

@@ -48,6 +48,10 @@ std::string find_rung_inconsistency(const StepPlan& plan);
 /// consistent
 std::string find_link_inconsistency(const StepPlan& plan);
 
+/// Returns what is wrong with the integration of points. If it is consistent, the text is empty.
+/// (points_check.cpp)  \pre the rest of the plan is consistent
+std::string find_points_inconsistency(const StepPlan& plan);
+
 /// Returns what is wrong with the tables for the verdict of a consistent plan. If they are consistent, the
 /// text is empty. (rungs_check.cpp)
 std::string find_verdict_inconsistency(const Plan& plan);

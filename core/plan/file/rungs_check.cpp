@@ -143,7 +143,7 @@ std::string find_rung_inconsistency(const StepPlan& plan) {
     return coupled.functions.empty() && coupled.bars.empty() && coupled.num_substeps == 1 &&
                    coupled.kinetics.form == PlanKinetics::Form::kComplete &&
                    coupled.kinetics.tables.empty() && coupled.kinetics.moments.empty() &&
-                   coupled.kinetics.num_tables == 0
+                   coupled.kinetics.num_tables == 0 && plan.points_method.steps == 0
                ? ""
                : "the plan has members that its rung does not use";
   const bool is_divided = traits_of(plan.fidelity).divides_tick;
@@ -178,7 +178,8 @@ std::string find_rung_inconsistency(const StepPlan& plan) {
                          !coupled.curve.modes.empty();
   if (has_links && !traits_of(plan.fidelity).has_true_geometry)
     return "the plan has links at true geometry, which its rung does not use";
-  return find_link_inconsistency(plan);
+  if (std::string error = find_link_inconsistency(plan); !error.empty()) return error;
+  return find_points_inconsistency(plan);
 }
 
 std::string find_verdict_inconsistency(const Plan& plan) {

@@ -9,6 +9,7 @@
 #include "core/plan/loads/histories.hpp"
 #include "core/plan/modes/modal_coupling.hpp"
 #include "core/plan/modes/propagator.hpp"
+#include "core/plan/integration/choose_method.hpp"
 #include "core/plan/rungs/rungs.hpp"
 #include "core/plan/rungs/shadow.hpp"
 
@@ -31,6 +32,7 @@ void set_own_rate(StepPlan& plan, double rate) {
   }
   set_modal_coupling_period(plan);
   set_coupled_period(plan);
+  set_points_period(plan);
   if (!plan.has_damping) drop_damping(plan.propagator);
   for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
 }

@@ -88,12 +88,6 @@ void wheel_momenta_at(const StepLoads& step_loads, std::span<const double> start
     momentum[k] = step_loads.wheel_momentum(k, start[k], stage_time);
 }
 
-bool are_finite(const Array& values) noexcept {
-  double sum = 0.0;
-  for (const double x : values) sum += x - x;
-  return sum == 0.0;
-}
-
 /// Returns what the difference of two rates changes the amplitudes in a step [m], rms over the mass. A fast
 /// mode averages its rate, so its share falls with omega h.
 double effect_of(const StepPlan& plan, double h, const std::array<const double*, 2>& rates,

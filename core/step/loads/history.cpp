@@ -1,5 +1,6 @@
 #include "core/step/loads/history.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -14,14 +15,15 @@ double wrap(double x) noexcept {
   return x - ((x + kShift) - kShift);
 }
 
-/// Returns sin(2 pi (frequency t + phase)) at the time t of half_ticks / 2 periods (THEORY 8.12). Whole
-/// cycles are subtracted before the phase is rounded, so the error of the phase stays below 1e-16 cycles as
-/// long as half_ticks times period times frequency is below 2^52.
-double sine(const PlanHistory& history, double period, std::int64_t half_ticks) noexcept {
+/// Returns sin(2 pi (frequency t + phase)) at the time t of half_ticks / 2 + fraction periods (THEORY 8.12).
+/// Whole cycles are subtracted before the phase is rounded, so the error of the phase stays below 1e-16
+/// cycles as long as half_ticks times period times frequency is below 2^52.
+double sine(const PlanHistory& history, double period, std::int64_t half_ticks, double fraction) noexcept {
   const Sum2 per_tick = exact_product(period, history.frequency);
   const double ticks = 0.5 * static_cast<double>(half_ticks);
   const Sum2 cycles = exact_product(ticks, per_tick.hi);
-  return sine_of_cycles(wrap(wrap(cycles.hi) + (cycles.lo + ticks * per_tick.lo) + wrap(history.phase)));
+  const double rest = cycles.lo + ticks * per_tick.lo + fraction * per_tick.hi;
+  return sine_of_cycles(wrap(wrap(cycles.hi) + rest + wrap(history.phase)));
 }
 
 /// Returns the value of the table at a time [s]. The table is linear between rows and constant outside them
@@ -40,12 +42,13 @@ double table(const PlanHistory& history, double time) noexcept {
   return y[below] + (y[above] - y[below]) * ((time - t[below]) / (t[above] - t[below]));
 }
 
-double continuous(const PlanHistory& history, double period, std::int64_t half_ticks) noexcept {
+double continuous(const PlanHistory& history, double period, std::int64_t half_ticks,
+                  double fraction = 0.0) noexcept {
   switch (history.kind) {
     case PlanHistory::Kind::kSine:
-      return sine(history, period, half_ticks);
+      return sine(history, period, half_ticks, fraction);
     case PlanHistory::Kind::kTable:
-      return table(history, 0.5 * static_cast<double>(half_ticks) * period);
+      return table(history, (0.5 * static_cast<double>(half_ticks) + fraction) * period);
     case PlanHistory::Kind::kConstant:
     case PlanHistory::Kind::kPulse:
       break;
@@ -99,6 +102,18 @@ double amplitude_left(const PlanHistory& history, double period, std::int64_t ti
 double amplitude_middle(const PlanHistory& history, double period, std::int64_t tick) noexcept {
   if (history.kind == PlanHistory::Kind::kPulse) return amplitude_right(history, period, tick);
   return continuous(history, period, 2 * tick + 1);
+}
+
+double amplitude_at(const PlanHistory& history, double period, std::int64_t tick, double fraction) noexcept {
+  if (history.kind == PlanHistory::Kind::kPulse) return amplitude_right(history, period, tick);
+  return continuous(history, period, 2 * tick, fraction);
+}
+
+bool bends_at(const PlanHistory& history, double period, std::int64_t tick) noexcept {
+  if (history.kind != PlanHistory::Kind::kTable) return false;
+  const double time = static_cast<double>(tick) * period;
+  const auto above = std::lower_bound(history.times.begin(), history.times.end(), time - 0.5 * period);
+  return above != history.times.end() && *above < time + 0.5 * period;
 }
 
 }  // namespace freeflex

@@ -16,5 +16,10 @@ double sine_of_cycles(double cycles) noexcept;
 double amplitude_right(const PlanHistory& history, double period, std::int64_t tick) noexcept;
 double amplitude_left(const PlanHistory& history, double period, std::int64_t tick) noexcept;
 double amplitude_middle(const PlanHistory& history, double period, std::int64_t tick) noexcept;
+/// Returns the amplitude at a fraction of a period after a tick, or before it, if no pulse begins or ends
+/// between [-].
+double amplitude_at(const PlanHistory& history, double period, std::int64_t tick, double fraction) noexcept;
+/// Returns whether the slope of a table changes at a tick.
+bool bends_at(const PlanHistory& history, double period, std::int64_t tick) noexcept;
 
 }  // namespace freeflex

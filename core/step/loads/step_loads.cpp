@@ -46,6 +46,11 @@ bool StepLoads::jumps() const noexcept {
   return false;
 }
 
+bool StepLoads::bends() const noexcept {
+  return std::any_of(plan.histories.begin(), plan.histories.end(),
+                     [&](const PlanHistory& history) { return bends_at(history, plan.period, tick); });
+}
+
 RigidLoads StepLoads::rigid() const noexcept {
   RigidLoads loads;
   add_resultant(plan, commands(StageTime::kStart), 1.0, loads.start);

@@ -38,6 +38,8 @@ struct StepLoads {
 
   /// Returns true if a history jumps at the start of the step.
   bool jumps() const noexcept;
+  /// Returns true if the slope of a history jumps at the start of the step.
+  bool bends() const noexcept;
 
   /// Returns the resultants and moments of the loads on the rigid body, without followers and feedback.
   RigidLoads rigid() const noexcept;

@@ -21,6 +21,7 @@ struct LoadSums {
   std::vector<Vec3> torque_W, torque_B;             // [N m] (num_attitude_points)
   std::vector<double> wheel_torques;  // [N m] (num_wheels) torques that motors exert on wheels; empty: no
                                       // motor acts
+  bool operator==(const LoadSums&) const = default;
 };
 
 /// Holds LoadSums with the indices of the points that may be loaded. On coupled rungs every point may be

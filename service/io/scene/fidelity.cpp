@@ -49,6 +49,29 @@ void SceneReader::read_fidelity(const Fields& scene) {
                   "tolerance: no error is given; give position [m], attitude [rad] or elastic (fraction)");
 }
 
+void SceneReader::read_integration(const Node& node) {
+  const Fields fields(report_, node, "integration", sections::kIntegration);
+  if (!fields.is_mapping()) return;
+  Integration& integration = scene_.integration;
+  integration.origin = node.origin;
+  if (const auto word = fields.read_word("by")) integration.by = static_cast<IntegrateBy>(*word);
+  fields.read("accuracy", integration.accuracy);
+  const Node* const accuracy = fields.find("accuracy");
+  if (accuracy != nullptr && integration.accuracy > 0.0 &&
+      !fields.key("accuracy").range.holds(integration.accuracy))
+    report_.error(accuracy->origin, "integration: accuracy is " + format_number(integration.accuracy) +
+                                        ", but must be from " + format_number(kLeastAccuracy) + " to " +
+                                        format_number(kMostAccuracy));
+  if (accuracy != nullptr && integration.by == IntegrateBy::kModes)
+    report_.error(
+        accuracy->origin,
+        "integration: accuracy has no effect with by: modes, whose accuracy the rate sets; remove it");
+  if (!scene_.automatic && !traits_of(scene_.fidelity).has_true_geometry)
+    report_.error(node.origin, std::string("integration has no effect on the rung ") +
+                                   name_of(scene_.fidelity) +
+                                   "; set fidelity: corotational, full or auto, or remove it");
+}
+
 void SceneReader::read_verdict(const Node& node) {
   scene_.verdict.origin = node.origin;
   scene_.verdict.is_off = node.kind == Node::Kind::kText && node.text == "off";

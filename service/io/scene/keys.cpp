@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/limits.hpp"
+#include "core/scene/scene.hpp"
 #include "core/words.hpp"
 
 namespace freeflex::io::reader {
@@ -186,6 +187,19 @@ const Section kVerdict{
             "Share of a processor that the better plan may take; if it would take more, its steps are longer "
             "or one horizon in several is judged; default 0.2.")},
     "horizon"};
+
+const Section kIntegration{
+    "integration",
+    {words(
+         "by", Form::kWord, {"auto", "modes", "points"},
+         "What the rungs corotational and full integrate: the modes, or the points of a structure of springs "
+         "and bars; default auto, whichever is cheaper."),
+     number(
+         "accuracy", {"-", Bound::kPositive},
+         "If points are integrated: error of the fastest vibration after 1000 rad; default 1e-6, on the rung "
+         "full 1e-8.",
+         {.least = kLeastAccuracy, .most = kMostAccuracy})},
+    "by"};
 
 const Section kPoint{
     "point",
@@ -460,6 +474,7 @@ const Section kScene{
            "tolerance; default separated."),
      mapping("tolerance", kTolerance,
              "The scale of the verdict and, with fidelity auto, the allowed errors."),
+     mapping("integration", kIntegration, "What the rungs with true geometry integrate, and how accurately."),
      or_off(mapping("verdict", kVerdict,
                     "How the motion is judged, by its distance from the same motion on a better plan; or the "
                     "word off.")),

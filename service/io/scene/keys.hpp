@@ -104,9 +104,10 @@ inline constexpr LossRefusal kDashpotLosses{
 
 /// The sections of a scene. The root is kScene, or kBasedScene if the scene has a base.
 namespace sections {
-extern const Section kScene, kBasedScene, kTolerance, kVerdict, kPoint, kPointTable, kLinkTable, kRelease,
-    kDamping, kRayleigh, kAttractor, kInitial, kInitialPoint, kInitialMode, kWheel, kLoad, kWrench, kPulse,
-    kSine, kTable, kFeedback, kLeaveOut, kModes, kPublish, kPublishedPoints, kPublishedLoads, kCommands;
+extern const Section kScene, kBasedScene, kTolerance, kVerdict, kIntegration, kPoint, kPointTable, kLinkTable,
+    kRelease, kDamping, kRayleigh, kAttractor, kInitial, kInitialPoint, kInitialMode, kWheel, kLoad, kWrench,
+    kPulse, kSine, kTable, kFeedback, kLeaveOut, kModes, kPublish, kPublishedPoints, kPublishedLoads,
+    kCommands;
 /// One section for each kind of link. The name of a section is the key that gives the kind.
 extern const std::vector<Section> kLinks;
 }  // namespace sections

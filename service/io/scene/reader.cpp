@@ -122,6 +122,7 @@ void SceneReader::read_sections(const Node& root) {
     if (const auto text = read_name(report_, *name, "scene: name")) scene_.name = *text;
   fields.read("rate", scene_.rate);
   read_fidelity(fields);
+  if (const Node* integration = fields.find("integration")) read_integration(*integration);
   if (const Node* verdict = fields.find("verdict")) read_verdict(*verdict);
   // points are read first, then links, then the items that refer to points and links
   const Node* points = fields.require("points", "must be a list of {name, mass, at} or {csv: FILE}");

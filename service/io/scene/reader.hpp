@@ -111,6 +111,7 @@ class SceneReader {
 
   // fidelity.cpp
   void read_fidelity(const Fields& scene);
+  void read_integration(const Node& node);
   void read_verdict(const Node& node);
 
   // feedback.cpp

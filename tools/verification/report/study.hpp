@@ -20,13 +20,16 @@ inline constexpr std::array<const char*, kReadOuts> kReadOutNames{"all points on
 
 enum class Family { kRung, kHandWritten, kPackaged, kLinearised };
 
+/// What follows the name of a rung in runs that integrate points.
+inline constexpr const char* kByPoints = ", points";
+
 /// Result of one method at one setting.
 struct Run {
   Family family = Family::kRung;
   std::string method;      // "separated", "velocity Verlet"
   double step = 0.0;       // [s] 0: adaptive
   double free_step = 0.0;  // [s] step of a rung after the end of the loads; 0: `step`
-  double tolerance = 0.0;  // [-] 0 if the step is fixed
+  double tolerance = 0.0;  // [-] or accuracy of the integration of points; 0 if the step is fixed
   std::string failure;     // reason why the run failed; empty if it reached its end
   long steps = 0;
   long evaluations = 0;  // of the forces of all links; 0 for a rung, and for methods that do not count them

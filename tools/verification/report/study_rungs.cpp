@@ -14,6 +14,7 @@
 #include "core/step/vector.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/verification/reference/elastic_error.hpp"
+#include "tools/verification/report/rung.hpp"
 #include "tools/verification/report/study_runs.hpp"
 
 namespace freeflex::tools {
@@ -26,96 +27,6 @@ constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};
 // cost hardly depends on the step
 constexpr double kMostFullCost = 4.0;
 constexpr std::array kFullSteps{0.01, 0.001};  // [s]
-
-/// Simulates a plan. If the free motion after the loads has a step of its own, the same plan continues with
-/// that step.
-struct Rung {
-  Plan plan;
-  std::optional<Plan> free_plan;
-  std::vector<CarriedPoint> carried;  // points of the reference on bodies, after those of the plan
-  Motion motion;
-
-  std::vector<Vec3> V, V_dot;  // [m], [m/s] (num_points) body axes
-
-  Rung(const Rung&) = delete;  // the motion refers to the plan
-  Rung(Plan given, const CartesianSystem& system)
-      : plan(std::move(given)),
-        carried(system.carried),
-        motion(plan, kMotionAlone),
-        V(plan.points.size()),
-        V_dot(plan.points.size()) {}
-
-  /// Returns to the initial values of the plan.
-  void restart() { motion.set_plan(plan), motion.reset(); }
-  /// Advances by ticks. Returns false if the state is not finite.
-  bool advance(std::int64_t ticks) { return advance(plan, ticks); }
-
-  /// Sets a step [s] of its own for the motion after the first `ticks`, by which every pulse has ended.
-  void take_freely(std::int64_t ticks, double free_step) {
-    set_rate(free_plan.emplace(plan), 1.0 / free_step);
-    for (PlanHistory& history : free_plan->histories) history.start_tick = 0, history.end_tick = ticks;
-  }
-
-  bool advance_freely() { return advance(*free_plan, 1); }
-  bool advance(const Plan& at, std::int64_t ticks) {
-    motion.set_plan(at);
-    for (std::int64_t k = 0; k < ticks; ++k)
-      if (motion.advance().status != StepStatus::kOk) return false;
-    return true;
-  }
-
-  /// Reads positions and velocities of all points into the form that other methods use.
-  /// \pre mode-shape row i belongs to point i
-  void read(CartesianState& to) {
-    read_points(to);
-    for (std::size_t k = 0; k < carried.size(); ++k) {
-      const auto [point, arm] = carried[k];
-      const auto column = static_cast<Eigen::Index>(plan.points.size() + k);
-      const BodyState body = read_body(plan, motion.state(), point);
-      const Eigen::Quaterniond R(body.q_WP[0], body.q_WP[1], body.q_WP[2], body.q_WP[3]);
-      to.p_W.col(column) = to.p_W.col(point) + R * arm;
-      to.v_W.col(column) =
-          to.v_W.col(point) + R * Eigen::Map<const Eigen::Vector3d>(body.w_P.data()).cross(arm);
-    }
-  }
-  std::size_t num_read() const { return plan.points.size() + carried.size(); }
-
-  void read_points(CartesianState& to) {
-    const State& state = motion.state();
-    if (!plan.coupled.turning.bodies.empty()) {  // rows do not give the positions of points on turning bodies
-      for (int i = 0; i < static_cast<int>(plan.points.size()); ++i) {
-        const PointState point = read_point(plan, state, i);
-        to.p_W.col(i) = Eigen::Map<const Eigen::Vector3d>(point.p_W.data());
-        to.v_W.col(i) = Eigen::Map<const Eigen::Vector3d>(point.v_W.data());
-      }
-      return;
-    }
-    contract_points(plan, state.q.data(), state.q_dot.data(), V, V_dot);
-    const Mat3 R = rotation_matrix(state.q_WB);
-    const Vec3 w = angular_velocity(plan, state);
-    for (std::size_t i = 0; i < plan.points.size(); ++i) {
-      const Vec3 x = add(plan.points[i].r, V[i]);
-      const Vec3 p = add(state.p_WB, multiply(R, x)),
-                 v = add(state.v_WB, multiply(R, add(cross(w, x), V_dot[i])));
-      const auto column = static_cast<Eigen::Index>(i);
-      to.p_W.col(column) = Eigen::Vector3d(p[0], p[1], p[2]);
-      to.v_W.col(column) = Eigen::Vector3d(v[0], v[1], v[2]);
-    }
-  }
-
-  double energy() const {
-    const Invariants now = read_invariants(plan, motion.state());
-    return now.kinetic_rigid + now.kinetic_elastic + now.potential;
-  }
-  std::size_t memory() const {
-    const State& state = motion.state();
-    const std::size_t arrays =
-        state.q.size() + state.q_low.size() + state.q_dot.size() + state.q_dot_low.size() + state.Q.size();
-    // the workspace contains the next state, and the loads at both ends of the step
-    const std::size_t plans = plan_to_bytes(plan).size() * (free_plan ? 2 : 1);
-    return plans + (2 * arrays + 2 * state.Q.size()) * sizeof(double);
-  }
-};
 
 bool is_whole(double ratio) { return std::abs(ratio - std::round(ratio)) < 1e-6; }
 
@@ -234,10 +145,12 @@ std::string find_excess(const Bench& bench, Rung& rung, double most) {
                       : format_text("a run would take %.0f s of CPU time, more than is allowed", cost);
 }
 
-/// Adds one run of a rung at a step, and at `free_step` after the end of the loads (0: the same step).
+/// Adds one run of a rung at a step, and at `free_step` after the end of the loads (0: the same step). If the
+/// scene integrates points, the run is named so.
 void add_run(const Bench& bench, Scene& scene, double step, double free_step, const ExactRung& exact,
              Study& study) {
-  const std::string name = name_of(exact.fidelity);
+  const bool is_by_points = scene.integration.by == IntegrateBy::kPoints;
+  const std::string name = name_of(exact.fidelity) + std::string(is_by_points ? kByPoints : "");
   std::string why;
   const double start = thread_cpu();
   const std::unique_ptr<Rung> rung = make_rung(bench, scene, step, why);
@@ -256,6 +169,7 @@ void add_run(const Bench& bench, Scene& scene, double step, double free_step, co
   run.method = name;
   run.step = step;
   run.free_step = free_step;
+  run.tolerance = is_by_points ? scene.integration.accuracy : 0.0;
   run.memory = rung->memory();
   run.steps = loaded_ticks(bench, *rung) + (free_step > 0.0 ? 1 : 0);
   Trajectory motion;
@@ -294,6 +208,25 @@ void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study
     if (is_whole(bench.free_from / step) && std::abs(free_step / step - 1.0) > 1e-9 &&
         find_misfit(bench, step).empty())
       return add_run(bench, scene, step, free_step, exact, study);
+}
+
+/// Adds runs that integrate points, at several accuracies and ticks.
+void add_points_runs(const Bench& bench, Scene scene, const ExactRung& exact, Study& study) {
+  constexpr std::array kAccuracies{1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9};
+  constexpr std::array kTicks{0.1, 0.01, 0.001};  // [s]
+  scene.integration.by = IntegrateBy::kPoints;
+  scene.integration.accuracy = kAccuracies[0];
+  scene.rate = 1.0 / kTicks[0];
+  Faults faults;
+  if (!make_full_plan(scene, bench.structure, scene.fidelity, faults)) {
+    study.left_out.push_back({name_of(exact.fidelity) + std::string(kByPoints), first_error(faults)});
+    return;
+  }
+  for (const double tick : kTicks)
+    for (const double accuracy : kAccuracies) {
+      scene.integration.accuracy = accuracy;
+      if (find_misfit(bench, tick).empty()) add_run(bench, scene, tick, 0.0, exact, study);
+    }
 }
 
 /// Returns the first of several small steps [s] that fits the scene: the steps of kFineSteps, then a fraction
@@ -366,6 +299,7 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study,
   std::vector<ExactRung> exact;
   for (std::size_t r = 0; r < kRungs.size(); ++r) {
     Scene scene = with_all_points(bench, kRungs[r].rung);
+    scene.integration.by = IntegrateBy::kModes;
     std::string why;
     std::optional<ExactRung> solved = solve_exactly(bench, kRungs[r].rung, exact, scene, why);
     if (!solved) {
@@ -386,6 +320,8 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study,
       else if (r == 0)
         study.left_out.push_back({format_text("rungs at %g ms", 1e3 * steps[s]), why});
     }
+    const RungTraits& traits = traits_of(kRungs[r].rung);
+    if (traits.has_true_geometry && !traits.divides_tick) add_points_runs(bench, scene, exact.back(), study);
   }
   return exact;
 }

@@ -31,6 +31,7 @@ constexpr std::array kStyles{Style{"rigid", "#888888", "circle", "", 2.0, 3.0},
                              Style{"spin-loaded", "#12a5c4", "square", "", 3.0, 4.2},
                              Style{"coupled", "#1a9850", "diamond", "", 4.4, 5.2},
                              Style{"corotational", "#8a5cd6", "triangle", "", 5.8, 7.0},
+                             Style{"corotational, points", "#000000", "circle", "", 3.4, 3.0},
                              Style{"full", "#b13fd1", "plus", "", 7.2, 8.5},
                              Style{"velocity Verlet", "#e0530b", "ring", "", 1.4},
                              Style{"Runge-Kutta 4", "#e8a200", "box", "", 1.4},
@@ -163,8 +164,9 @@ std::string grid(const Panel& panel, bool is_first, bool is_last) {
          label(panel.x0 + 0.5 * kPanelWidth, below + 36.0, "middle", "CPU time per simulated time [s/s]");
 }
 
-/// Returns the runs of one method in the order of its settings. Krylov's method has a step and a tolerance,
-/// so only those of its runs are returned that no other run beats in both error and time.
+/// Returns the runs of one method in the order of its settings. Krylov's method and the
+/// integration of points have a step and a tolerance, so only those of their runs are returned that no other
+/// run beats in both error and time.
 std::vector<const Run*> curve(const Study& study, const std::string& method, std::size_t load) {
   std::vector<const Run*> runs;
   bool is_swept_twice = false;
@@ -227,6 +229,7 @@ std::string explain(const std::string& method) {
       {"spin-loaded", "the equations of separated and the centrifugal load of the spin"},
       {"coupled", "every term in the elastic displacements, between body and deformation in both directions"},
       {"corotational", "the equations of coupled, with springs and bars at their true length and direction"},
+      {"corotational, points", "the same equations, integrated in Cartesian points"},
       {"full", "the equations of corotational, with as many substeps per tick as the fastest motion needs"}};
   const auto found = kKept.find(method);
   return found == kKept.end() ? std::string() : found->second;
