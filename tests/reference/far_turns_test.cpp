@@ -14,8 +14,9 @@ using Eigen::Vector3d;
 
 // Opposite torques on two groups keep the angular momentum at zero while the arm turns by 3 rad. With the
 // arms at rest the net torque was -1.9 N m of 1 N m at 2.9 rad.
-TEST(FarTurns, OppositeTorquesOnGroupsKeepTheAngularMomentum) {
+void turn_arm(IntegrateBy by, double most_momentum) {
   Scene scene;
+  scene.integration.by = by;
   const Vector3d corners[] = {{0.0, 0.0, 0.0}, {-1.0, 0.5, 0.0}, {-1.0, -0.5, 0.3}, {-1.0, 0.0, -0.6},
                               {1.0, 0.0, 0.0}, {0.6, 0.5, 0.1},  {0.7, -0.1, 0.5}};
   for (int i = 0; i < 7; ++i) add_point(scene, i < 4 ? 50.0 : 1.0, corners[i]);
@@ -43,7 +44,12 @@ TEST(FarTurns, OppositeTorquesOnGroupsKeepTheAngularMomentum) {
   }
   std::printf("turned by %.2f rad, angular momentum up to %.1e N m s\n", turn, momentum);
   EXPECT_GT(turn, 3.0);
-  EXPECT_LT(momentum, 1e-12);
+  EXPECT_LT(momentum, most_momentum);
+}
+
+TEST(FarTurns, OppositeTorquesOnGroupsKeepTheAngularMomentum) {
+  turn_arm(IntegrateBy::kModes, 1e-12);
+  turn_arm(IntegrateBy::kPoints, 1e-11);  // by rounding errors of positions: 2e-12 were measured
 }
 
 // A rotor on a hinge turns until its rotation vector reaches 5.5 rad, or 1 rad if its beam has spread mass.

@@ -69,13 +69,15 @@ Outcome energy_near_intermediate_axis(double spin, const StabilityOptions& optio
   return {worst, format_text("%d ticks; the angular momentum is the same to the bit", 1000 * blocks), {}};
 }
 
+constexpr Solver kSeparated{Fidelity::kSeparated, IntegrateBy::kModes, "separated"};
+constexpr Solver kCoupled{Fidelity::kCoupled, IntegrateBy::kModes, "coupled"};
 constexpr double kMaxForce = 1e6;  // [N] force limit of the scene
 
 /// Returns the elastic displacements of a truss that starts at rest, after 200 ticks with a command. The
 /// command is a force in body axes on a corner.
-std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string& why) {
+std::optional<Eigen::Matrix3Xd> pushed(double force, const Solver& solver, std::string& why) {
   Scene scene = square_truss(3, 1e5);
-  scene.fidelity = rung;
+  use(solver, scene);
   scene.force_limit = kMaxForce;
   Ride ride(scene);
   const auto command = std::make_unique<ForceCommand>();
@@ -96,9 +98,9 @@ constexpr double kSmallForce = 1e-12;  // [N] terms of second order in this forc
 
 /// Compares the displacement per force with the displacement per force of a small force. They must be equal,
 /// because the separated equations are linear in forces in body axes.
-Outcome small_force(double force, Fidelity rung) {
+Outcome small_force(double force, const Solver& solver) {
   std::string why;
-  const auto V = pushed(force, rung, why), unit = pushed(kSmallForce, rung, why);
+  const auto V = pushed(force, solver, why), unit = pushed(kSmallForce, solver, why);
   if (!V || !unit) return no_answer(why);
   // divides by the force first, because the squares in the norm of such small numbers would underflow
   const Eigen::Matrix3Xd per_force = *V / force, expected = *unit / kSmallForce;
@@ -107,10 +109,10 @@ Outcome small_force(double force, Fidelity rung) {
 
 /// Checks that a displacement below the smallest normal number loses only those digits that a denormal number
 /// cannot hold.
-Outcome denormal_force(Fidelity rung) {
+Outcome denormal_force(const Solver& solver) {
   constexpr double kForce = 1e-310;
   std::string why;
-  const auto V = pushed(kForce, rung, why), unit = pushed(kSmallForce, rung, why);
+  const auto V = pushed(kForce, solver, why), unit = pushed(kSmallForce, solver, why);
   if (!V || !unit) return no_answer(why);
   const double smallest = std::numeric_limits<double>::denorm_min();
   return {((*V) / smallest - *unit / kSmallForce * kForce / smallest).cwiseAbs().maxCoeff(),
@@ -118,12 +120,24 @@ Outcome denormal_force(Fidelity rung) {
           {}};
 }
 
+/// Returns the difference of the displacements on points from those on modes, in units of the rounding error
+/// of a position 3 m from the centre.
+Outcome lost_in_rounding(double force) {
+  std::string why;
+  const auto V = pushed(force, kOnPoints, why), exact = pushed(force, kOnModes, why);
+  if (!V || !exact) return no_answer(why);
+  constexpr double kUnit = 3.0 * std::numeric_limits<double>::epsilon();
+  return {(*V - *exact).cwiseAbs().maxCoeff() / kUnit,
+          format_text("in units of %.1e m; displacements of %.1e m", kUnit, exact->cwiseAbs().maxCoeff()),
+          {}};
+}
+
 /// Compares the motion of a truss of `size` with the motion of the truss of size 1. Lengths and forces are
 /// multiplied by the size.
-Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
-  const auto scene_of = [rung = rung](double times) {
+Outcome at_size(double size, const Solver& solver, const StabilityOptions& options) {
+  const auto scene_of = [&solver](double times) {
     Scene scene = square_truss(3, 1e5, times);
-    scene.fidelity = rung;
+    use(solver, scene);
     add_force(scene, 10, 50.0 * times * Eigen::Vector3d(0.48, 0.6, 0.64), PulseHistory{0.0, 0.1});
     scene.initial.angular_velocity = {0.1, -0.2, 0.3};
     return scene;
@@ -136,7 +150,7 @@ Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
     return (V / size - expected).norm() / expected.norm();
   };
   Outcome outcome{error(large.displacements_B()), "against the same truss of 1 m", {}};
-  if (rung == Fidelity::kSeparated) return outcome;
+  if (solver.rung == Fidelity::kSeparated) return outcome;
   const Scene scene = scene_of(size);
   Eigen::VectorXd mass = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(scene.points.size()));
   Eigen::Matrix3Xd rest(3, mass.size());
@@ -170,25 +184,24 @@ void add_motion_cases(std::vector<StabilityCase>& cases) {
   constexpr const char* kPerForce = "displacement per force against that at 1e-12 N";
   for (const double force : {1e-300, 1e-200, 1e-30, 1.0, kMaxForce})
     add(kForces, format_text(force == kMaxForce ? "%g N, force_limit, separated" : "%g N, separated", force),
-        kPerForce, 1e-12,
-        [force](const StabilityOptions&) { return small_force(force, Fidelity::kSeparated); });
-  for (const auto& [rung, name] :
-       {std::pair{Fidelity::kCoupled, "coupled"}, {Fidelity::kCorotational, "corotational"}})
+        kPerForce, 1e-12, [force](const StabilityOptions&) { return small_force(force, kSeparated); });
+  for (const Solver& solver : {kCoupled, kOnModes})
     for (const double force : {1e-300, 1e-30})
-      add(kForces, format_text("%g N, %s", force, name), kPerForce, 1e-12,
-          [force, rung = rung](const StabilityOptions&) { return small_force(force, rung); });
-  for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"},
-                                   {Fidelity::kCoupled, "coupled"},
-                                   {Fidelity::kCorotational, "corotational"}})
-    add(kForces, format_text("1e-310 N, a denormal, %s", name),
+      add(kForces, format_text("%g N, %s", force, solver.name), kPerForce, 1e-12,
+          [force, solver](const StabilityOptions&) { return small_force(force, solver); });
+  // positions cannot hold displacements below their rounding errors
+  for (const double force : {1e-300, 1e-12, 1e-6})
+    add(kForces, format_text("%g N, %s", force, kOnPoints.name), "difference from the motion on modes", 300.0,
+        [force](const StabilityOptions&) { return lost_in_rounding(force); });
+  for (const Solver& solver : {kSeparated, kCoupled, kOnModes})
+    add(kForces, format_text("1e-310 N, a denormal, %s", solver.name),
         "displacement error, in units of the smallest double", 1e4,
-        [rung = rung](const StabilityOptions&) { return denormal_force(rung); });
+        [solver](const StabilityOptions&) { return denormal_force(solver); });
   for (const double size : {1e-9, 1e9})
-    for (const auto& [rung, name] :
-         {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kCorotational, "corotational"}})
-      add("size of structures", format_text("%g m across, %s", 2.0 * size, name),
+    for (const Solver& solver : {kSeparated, kOnModes, kOnPoints})
+      add("size of structures", format_text("%g m across, %s", 2.0 * size, solver.name),
           "elastic difference from a truss of 1 m, after 1 s", 1e-9,
-          [size, rung = rung](const StabilityOptions& options) { return at_size(size, rung, options); });
+          [size, solver](const StabilityOptions& options) { return at_size(size, solver, options); });
 }
 
 }  // namespace freeflex::tools

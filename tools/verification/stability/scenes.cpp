@@ -49,6 +49,11 @@ void add_force(Scene& scene, int point, const Eigen::Vector3d& force, History hi
   scene.loads.push_back(std::move(load));
 }
 
+void use(const Solver& solver, Scene& scene) {
+  scene.fidelity = solver.rung;
+  scene.integration.by = solver.by;
+}
+
 Scene stiff_truss(double stiffness_ratio, double mass_ratio) {
   constexpr std::array<double, 4> kY{-0.5, 0.5, 0.5, -0.5}, kZ{-0.5, -0.5, 0.5, 0.5};
   Scene scene;

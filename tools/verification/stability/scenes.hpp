@@ -8,6 +8,16 @@
 
 namespace freeflex::tools {
 
+/// A rung, and what it integrates if links have their true geometry there.
+struct Solver {
+  Fidelity rung;
+  IntegrateBy by;
+  const char* name;
+};
+inline constexpr Solver kOnModes{Fidelity::kCorotational, IntegrateBy::kModes, "corotational"};
+inline constexpr Solver kOnPoints{Fidelity::kCorotational, IntegrateBy::kPoints, "corotational, points"};
+void use(const Solver& solver, Scene& scene);
+
 /// Returns a free truss of three sections of four points, which are slightly displaced so that no two
 /// frequencies are equal. Every second of its 30 springs has 1e3 N/m, and the others are stiffer by the
 /// factor `stiffness_ratio`. Points of 1 kg and of `mass_ratio` kg alternate.
