@@ -8,7 +8,6 @@
 #include "core/step/coupled/stage.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/linear/modal_coupling.hpp"
-#include "core/step/links/bar.hpp"
 #include "core/step/loads/field.hpp"
 #include "core/step/vector.hpp"
 
@@ -22,15 +21,6 @@ const double* rows_of(const StepPlan& plan, std::int32_t point) noexcept {
 /// Returns the product of rows (3 x num_padded) with x.
 Vec3 contract(const StepPlan& plan, const double* rows, const Array& x) noexcept {
   return contract_rows(rows, x.data(), index(plan.num_padded));
-}
-
-/// Returns the bar at true length that belongs to a link, or nullptr if there is none.
-const PlanBar* find_bar(const StepPlan& plan, std::int32_t link) noexcept {
-  const auto& bars = plan.coupled.bars;
-  const auto found =
-      std::lower_bound(bars.begin(), bars.end(), link,
-                       [](const PlanBar& bar, std::int32_t wanted) { return bar.link < wanted; });
-  return found != bars.end() && found->link == link ? &*found : nullptr;
 }
 
 }  // namespace
@@ -121,31 +111,46 @@ BodyRates read_body_rates(const StepPlan& plan, const MotionState& state, std::i
   return {s, add(add(gamma, free), second_rates(plan, state, body.rows.data() + 3 * index(plan.num_padded)))};
 }
 
-FrameMotion read_in_frame(const StepPlan& plan, const MotionState& state, int point) noexcept {
-  if (const std::int32_t body = body_of(plan, point); body >= 0)
-    return read_turning_point(plan, state, body, plan.points[index(point)].r);
-  if (const MasslessMotion* at = find_massless(state.coupled.massless, point))
-    return {add(plan.points[index(point)].r, at->V), at->v, at->a, at->V};
+namespace {
+
+/// Returns whether accelerations follow from the rates w' and q'' that the step computed.
+bool has_rates_of_step(const StepPlan& plan) noexcept {
+  return is_coupled(plan) && !is_complete(plan.coupled.kinetics);
+}
+
+/// Returns the elastic displacement V of a point, V', and the V'' of which its acceleration consists.
+PointMotion elastic_motion(const StepPlan& plan, const MotionState& state, int point) noexcept {
+  const double* const rows = rows_of(plan, point);
+  PointMotion at = contract_motion(rows, plan, state.q.data(), state.q_dot.data(), state.Q.data());
+  if (has_rates_of_step(plan)) at.V_ddot = contract(plan, rows, state.coupled.q_ddot);
+  return at;
+}
+
+/// Returns whether elastic_motion() gives the motion of a point.
+bool is_on_modes(const StepPlan& plan, const MotionState& state, int point) noexcept {
+  return body_of(plan, point) < 0 && find_massless(state.coupled.massless, point) == nullptr;
+}
+
+/// Returns the motion of a point from its elastic motion.
+FrameMotion in_frame(const StepPlan& plan, const MotionState& state, int point,
+                     const PointMotion& elastic) noexcept {
   const Vec3 w = angular_velocity(plan, state);
-  const auto [V, V_dot, V_ddot] =
-      contract_motion(rows_of(plan, point), plan, state.q.data(), state.q_dot.data(), state.Q.data());
+  const auto& [V, V_dot, V_ddot] = elastic;
   const Vec3 x = add(plan.points[index(point)].r, V);
   const Vec3 wx = cross(w, x);
   // x = r + V (THEORY 2.13, 9.1). v_B and a_B are components in the rotating body axes   (THEORY 9.2).
   const Vec3 v_B = add(wx, V_dot);
   Vec3 a_B;
-  if (is_coupled(plan) && is_complete(plan.coupled.kinetics)) {
+  if (has_rates_of_step(plan)) {
+    // a = w' x x + w x (w x x) + 2 w x V' + V'', where w' and q'' were computed in the step   (THEORY 12.43)
+    a_B = add(add(cross(state.coupled.w_dot_B, x), cross(w, wx)), add_scaled(V_ddot, 2.0, cross(w, V_dot)));
+  } else if (is_coupled(plan)) {
     // the acceleration is the force on the point divided by its mass; its first term, sum_j F_j / M, is added
     // later   (THEORY 12.21):
     // a = sum_j F_j / M + (I^-1 sum_j r_j x F_j) x r + sum_l b_l q_l'',
     // q_l'' = Q_l / M - omega^2 q_l - 2 decay q_l'
     a_B = add(cross(multiply(plan.inverse_inertia, state.coupled.balance_B), plan.points[index(point)].r),
               V_ddot);
-  } else if (is_coupled(plan)) {
-    // a = w' x x + w x (w x x) + 2 w x V' + V'', where w' and q'' were computed in the step   (THEORY 12.43)
-    const Vec3 V_ddot_of_step = contract(plan, rows_of(plan, point), state.coupled.q_ddot);
-    a_B = add(add(cross(state.coupled.w_dot_B, x), cross(w, wx)),
-              add_scaled(V_ddot_of_step, 2.0, cross(w, V_dot)));
   } else {
     // w' = I^-1 (L_B - w x R_WB^T H_W) (THEORY 9.4), from which a follows (THEORY 9.3)
     const Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
@@ -155,22 +160,76 @@ FrameMotion read_in_frame(const StepPlan& plan, const MotionState& state, int po
   return {x, v_B, a_B, V};
 }
 
+/// Returns the motion of a point in world axes from that in the frame.
+PointState in_world(const StepPlan& plan, const MotionState& state, const FrameMotion& at) noexcept {
+  const Mat3 R = rotation_matrix(state.q_WB);
+  const Vec3 a_WB = add_scaled(gravity_at(plan, state.p_WB), 1.0 / plan.mass, state.force_W);
+  return {add(state.p_WB, multiply(R, at.x)), add(state.v_WB, multiply(R, at.v)),
+          add(a_WB, multiply(R, at.a)), at.V};
+}
+
+}  // namespace
+
+FrameMotion read_in_frame(const StepPlan& plan, const MotionState& state, int point) noexcept {
+  if (const std::int32_t body = body_of(plan, point); body >= 0)
+    return read_turning_point(plan, state, body, plan.points[index(point)].r);
+  if (const MasslessMotion* at = find_massless(state.coupled.massless, point))
+    return {add(plan.points[index(point)].r, at->V), at->v, at->a, at->V};
+  return in_frame(plan, state, point, elastic_motion(plan, state, point));
+}
+
 PointState read_point(const StepPlan& given, const MotionState& state, int point) noexcept {
   assert(given.points[index(point)].row >= 0);
   const StepPlan& plan = active_plan(given, state);
-  const Mat3 R = rotation_matrix(state.q_WB);
   if (state.points.is_set) {
     const auto of = [&](const Array& all) {
       return std::array{of_point(all.data(), index(point)), of_point(all.data(), plan.points.size())};
     };
     const auto x = of(state.points.x), v = of(state.points.v), a = of(state.points.a);
     return {add(x[1], x[0]), add(v[1], v[0]), add(a[1], a[0]),
-            sub(multiply_transposed(R, x[0]), plan.points[index(point)].r)};
+            sub(multiply_transposed(rotation_matrix(state.q_WB), x[0]), plan.points[index(point)].r)};
   }
-  const FrameMotion at = read_in_frame(plan, state, point);
-  const Vec3 a_WB = add_scaled(gravity_at(plan, state.p_WB), 1.0 / plan.mass, state.force_W);
-  return {add(state.p_WB, multiply(R, at.x)), add(state.v_WB, multiply(R, at.v)),
-          add(a_WB, multiply(R, at.a)), at.V};
+  return in_world(plan, state, read_in_frame(plan, state, point));
+}
+
+PointsReader::PointsReader(const StepPlan& plan)
+    : given_(plan),
+      vectors_(3 * kMostStates *
+               index(plan.fallback.empty() ? plan.num_padded : plan.fallback.front().num_padded)) {}
+
+void PointsReader::read(std::span<const MotionState* const> states, std::span<const std::int32_t> points,
+                        PointState* to) noexcept {
+  assert(!states.empty() && states.size() <= kMostStates);
+  if (states.front()->points.is_set) {
+    for (const std::int32_t point : points)
+      for (const MotionState* state : states) *to++ = read_point(given_, *state, point);
+    return;
+  }
+  const StepPlan& plan = active_plan(given_, *states.front());
+  const std::size_t n = index(plan.num_padded), num_moving = index(plan.num_moving);
+  std::fill(vectors_.begin(), vectors_.end(), 0.0);
+  for (std::size_t k = 0; k < states.size(); ++k) {
+    const MotionState& state = *states[k];
+    double* const x = vectors_.data() + 3 * k * n;
+    std::copy_n(state.q.begin(), num_moving, x);
+    std::copy_n(state.q_dot.begin(), num_moving, x + n);
+    if (has_rates_of_step(plan))
+      std::copy_n(state.coupled.q_ddot.begin(), n, x + 2 * n);
+    else
+      modal_accelerations(plan, state.q.data(), state.q_dot.data(), state.Q.data(), x + 2 * n);
+  }
+  std::array<Vec3, 3 * kMostStates> products;
+  for (const std::int32_t point : points) {
+    contract_vectors(rows_of(plan, point), n, n, vectors_.data(), 3 * states.size(), products.data());
+    for (std::size_t k = 0; k < states.size(); ++k, ++to) {
+      const MotionState& state = *states[k];
+      *to = is_on_modes(plan, state, point)
+                ? in_world(plan, state,
+                           in_frame(plan, state, point,
+                                    {products[3 * k], products[3 * k + 1], products[3 * k + 2]}))
+                : read_point(given_, state, point);
+    }
+  }
 }
 
 BodyState read_body(const StepPlan& given, const MotionState& state, int point) noexcept {
@@ -286,31 +345,6 @@ GroupPose read_group(const StepPlan& given, const MotionState& state, int group_
   const double norm = __builtin_sqrt(1.0 + dot(half, half));
   const Quat q_WG = multiply(state.q_WB, {1.0 / norm, half[0] / norm, half[1] / norm, half[2] / norm});
   return {p_W, q_WG, v_W, add(w, theta_dot)};
-}
-
-void read_link(const StepPlan& given, const MotionState& state, int output, std::span<double> out) noexcept {
-  const StepPlan& plan = active_plan(given, state);
-  const PlanLinkOutput& link = plan.link_outputs[index(output)];
-  const std::size_t n = index(plan.num_padded);
-  for (std::int32_t k = 0; k < link.num_rows; ++k)
-    out[index(k)] = dot_lanes(plan.link_rows.data() + index(link.first_row + k) * n, state.q.data(), n);
-  const auto add = [&](std::int32_t first, const Array& x) {
-    for (std::int32_t k = 0; first >= 0 && k < link.num_rows; ++k)
-      out[index(k)] += dot_lanes(plan.link_rows.data() + index(first + k) * n, x.data(), n);
-  };
-  const PlanBar* bar = find_bar(plan, link.link);
-  if (bar != nullptr) {
-    const BarMotion motion = read_bar(plan, state, *bar);
-    out[0] = bar_force(*bar, motion.d).tension;
-    if (bar->damping > 0.0) out[0] += damper_force(*bar, motion.d, motion.d_dot).tension;
-  } else {
-    // the rows of damping are those of linear strains, which Rayleigh's beta does not damp here
-    const bool is_true =
-        traits_of(plan.fidelity).has_true_geometry && read_true_link(plan, state, link.link, out);
-    if (!is_true || !plan.coupled.damps_true_strains || plan.coupled.beta == 0.0)
-      add(link.first_rate_row, state.q_dot);
-  }
-  add(link.first_load_row, state.Q);
 }
 
 Invariants read_invariants(const StepPlan& given, const MotionState& state) noexcept {

@@ -34,6 +34,22 @@ struct PointState {
 /// \pre plan.points[point].row >= 0
 PointState read_point(const StepPlan& plan, const MotionState& state, int point) noexcept;
 
+/// Reads points in several states at once, which reads each row of mode shapes once for all states. The
+/// results have the bits of read_point.
+class PointsReader {
+ public:
+  static constexpr std::size_t kMostStates = 8;
+  explicit PointsReader(const StepPlan& plan);
+  /// Sets to[i * states.size() + k] to the motion of point i of `points` in state k.
+  /// \pre 1 to kMostStates states, all on the same one of the plan and its fallback
+  void read(std::span<const MotionState* const> states, std::span<const std::int32_t> points,
+            PointState* to) noexcept;
+
+ private:
+  const StepPlan& given_;
+  Array vectors_;  // [m], [m/s], [m/s^2] (3 x states x num_padded) q, q' and q''
+};
+
 /// Holds the motion of a point relative to the centre of mass of the structure, axes of the frame.
 struct FrameMotion {
   Vec3 x{}, v{}, a{};  // [m], [m/s], [m/s^2]

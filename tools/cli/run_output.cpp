@@ -18,6 +18,7 @@
 #include "service/io/wire/outbound.hpp"
 #include "service/motion_status.hpp"
 #include "tools/bus/motion_columns.hpp"
+#include "tools/cli/points_batch.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -41,6 +42,7 @@ class LogOutput : public RunOutput {
       : plan_(plan),
         prefix_(prefix),
         writer_(path),
+        batch_(plan),
         scene_every_(io::ticks_between(1.0, plan.period)),
         status_every_(io::ticks_between(std::max(plan.status_rate, kLeastStatusRate), plan.period)),
         motion_status_(plan) {
@@ -59,10 +61,13 @@ class LogOutput : public RunOutput {
         put(channels::kScene, page);
     for (std::size_t i = 0; i < every_.size(); ++i) {
       if (!is_due(every_[i], tick, is_edge)) continue;
-      const State& state = i == kPointsChannel ? motion.state_of_points() : motion.state();
+      if (i == kPointsChannel) {
+        add_points(motion.state_of_points());
+        continue;
+      }
       const io::ChannelEncoder& channel = io::kEncoders[i];
-      for (const auto& message : channel.encode(plan_, state, stamp_))
-        writer_.write(prefix_ + channel.suffix, stamp_.utime, message);
+      for (auto& message : channel.encode(plan_, motion.state(), stamp_))
+        write(channel.suffix, std::move(message));
     }
   }
   void judge(Motion& motion, bool is_edge) override {
@@ -90,6 +95,7 @@ class LogOutput : public RunOutput {
   }
   bool has_error() const override { return writer_.has_error(); }
   std::string close(bool is_partial) override {
+    write_records();
     return is_partial ? writer_.close_partial() : writer_.close();
   }
   std::optional<std::int64_t> kept_tick() const override {
@@ -133,7 +139,44 @@ class LogOutput : public RunOutput {
   }
   template <class Message>
   void put(const char* channel, const Message& message) {
-    writer_.write(prefix_ + channel, stamp_.utime, io::encode(message));
+    write(channel, io::encode(message));
+  }
+
+  /// A message that waits for points before it, or the points of a state of the batch.
+  struct Record {
+    const char* channel;
+    io::Stamp stamp;
+    std::vector<std::byte> message;
+    std::optional<std::size_t> state;
+  };
+  static constexpr std::size_t kMostRecords = 256;
+  void write(const char* channel, std::vector<std::byte> message) {
+    if (batch_.is_empty()) return writer_.write(prefix_ + channel, stamp_.utime, message);
+    records_.push_back({channel, stamp_, std::move(message), {}});
+    if (records_.size() >= kMostRecords) write_records();
+  }
+  void add_points(const MotionState& state) {
+    if (!batch_.has_room_for(state)) write_records();
+    records_.push_back({channels::kPoints, stamp_, {}, batch_.add(state)});
+    if (!batch_.has_room_for(state)) write_records();
+  }
+  void write_records() {
+    batch_.read();
+    for (const Record& record : records_) {
+      const auto put = [&](std::span<const std::byte> message) {
+        writer_.write(prefix_ + record.channel, record.stamp.utime, message);
+      };
+      if (!record.state) {
+        put(record.message);
+        continue;
+      }
+      const MotionState& state = batch_.state(*record.state);
+      for (const auto& page :
+           io::make_pages_of_points(plan_, state, batch_.points(*record.state), record.stamp))
+        put(io::encode(page));
+    }
+    records_.clear();
+    batch_.clear();
   }
 
   const Plan& plan_;
@@ -141,6 +184,8 @@ class LogOutput : public RunOutput {
   std::string input_;
   io::LogWriter writer_;
   io::Stamp stamp_;
+  PointsBatch batch_;
+  std::vector<Record> records_;
   std::array<std::int64_t, kNumMotionChannels> every_{};  // [ticks]
   std::int64_t scene_every_, status_every_;               // [ticks]
   service::FreeMotion free_;
@@ -159,6 +204,7 @@ class CsvOutput : public RunOutput {
   CsvOutput(const Plan& plan, const std::string& path)
       : plan_(plan),
         writer_(is_standard_output(path) ? io::CsvWriter(stdout, "standard output") : io::CsvWriter(path)),
+        batch_(plan),
         every_(io::ticks_between(plan.rates[kStateChannel], plan.period)) {
     Columns names{"tick"};
     std::vector<std::string> wheels;
@@ -178,7 +224,54 @@ class CsvOutput : public RunOutput {
 
   void publish(const Motion& motion, bool is_edge) override {
     if (!is_due(every_, motion.tick(), is_edge)) return;
-    const State& state = motion.state();
+    const MotionState& state = motion.state();
+    if (!batch_.has_room_for(state)) write_rows();
+    batch_.add(state);
+    if (!batch_.has_room_for(state)) write_rows();
+  }
+  void judge(Motion&, bool) override {}
+  void applied_reset(std::int64_t) override {}
+  void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
+  bool has_error() const override { return writer_.has_error(); }
+  std::string close(bool is_partial) override {
+    write_rows();
+    return is_partial ? writer_.close_partial() : writer_.close();
+  }
+  std::optional<std::int64_t> kept_tick() const override { return writer_.kept_tick(); }
+  const std::string& working_path() const override { return writer_.working_path(); }
+
+ private:
+  // if the plan has a fallback plan, a table has the columns of the fallback plan, and omitted modes are zero
+  // until a command needs them
+  void append(const double* first, std::size_t size) { values_.insert(values_.end(), first, first + size); }
+  void append_point(const MotionState& state, std::int32_t point, const PointState& read) {
+    for (const Vec3* vector : {&read.p_W, &read.v_W, &read.a_W}) append(vector->data(), 3);
+    if (attitude_index_of(plan_, point) < 0) return;
+    const BodyState body = read_body(plan_, state, point);
+    append(body.q_WP.data(), 4);
+    append(body.w_P.data(), 3);
+  }
+  void append_group(const MotionState& state, std::int32_t group) {
+    const GroupPose pose = read_group(plan_, state, group);
+    append(pose.p_W.data(), 3);
+    append(pose.q_WG.data(), 4);
+    append(pose.v_W.data(), 3);
+    append(pose.w_B.data(), 3);
+  }
+  void append_modes(const MotionState& state, const std::vector<double>& modes) {
+    const std::size_t first = values_.size();
+    values_.resize(first + index(plan_of_all_modes(plan_).num_elastic), 0.0);
+    const bool is_spread = !plan_.fallback.empty() && !state.uses_fallback;
+    for (std::size_t l = 0; l < modes.size(); ++l)
+      values_[first + (is_spread ? index(plan_.fallback_modes[l]) : l)] = modes[l];
+  }
+
+  void write_rows() {
+    batch_.read();
+    for (std::size_t k = 0; k < batch_.size(); ++k) write_row(batch_.state(k), batch_.points(k));
+    batch_.clear();
+  }
+  void write_row(const MotionState& state, std::span<const PointState> points) {
     const freeflex_msgs::state_t message = io::make_state_message(plan_, state, io::Stamp{});
     values_.assign(1, message.time);
     append(message.position, 3);
@@ -189,7 +282,7 @@ class CsvOutput : public RunOutput {
     append_modes(state, message.q);
     append_modes(state, message.q_dot);
     append(message.wheel_momentum.data(), message.wheel_momentum.size());
-    for (const std::int32_t point : plan_.published_points) append_point(state, point);
+    for (std::size_t i = 0; i < points.size(); ++i) append_point(state, plan_.published_points[i], points[i]);
     for (const std::int32_t group : plan_.published_groups) append_group(state, group);
     for (std::size_t i = 0; i < plan_.link_outputs.size(); ++i) {
       const std::size_t before = values_.size(), rows = index(plan_.link_outputs[i].num_rows);
@@ -198,45 +291,10 @@ class CsvOutput : public RunOutput {
     }
     writer_.row(state.tick, values_);
   }
-  void judge(Motion&, bool) override {}
-  void applied_reset(std::int64_t) override {}
-  void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
-  bool has_error() const override { return writer_.has_error(); }
-  std::string close(bool is_partial) override {
-    return is_partial ? writer_.close_partial() : writer_.close();
-  }
-  std::optional<std::int64_t> kept_tick() const override { return writer_.kept_tick(); }
-  const std::string& working_path() const override { return writer_.working_path(); }
-
- private:
-  // if the plan has a fallback plan, a table has the columns of the fallback plan, and omitted modes are zero
-  // until a command needs them
-  void append(const double* first, std::size_t size) { values_.insert(values_.end(), first, first + size); }
-  void append_point(const State& state, std::int32_t point) {
-    const PointState read = read_point(plan_, state, point);
-    for (const Vec3* vector : {&read.p_W, &read.v_W, &read.a_W}) append(vector->data(), 3);
-    if (attitude_index_of(plan_, point) < 0) return;
-    const BodyState body = read_body(plan_, state, point);
-    append(body.q_WP.data(), 4);
-    append(body.w_P.data(), 3);
-  }
-  void append_group(const State& state, std::int32_t group) {
-    const GroupPose pose = read_group(plan_, state, group);
-    append(pose.p_W.data(), 3);
-    append(pose.q_WG.data(), 4);
-    append(pose.v_W.data(), 3);
-    append(pose.w_B.data(), 3);
-  }
-  void append_modes(const State& state, const std::vector<double>& modes) {
-    const std::size_t first = values_.size();
-    values_.resize(first + index(plan_of_all_modes(plan_).num_elastic), 0.0);
-    const bool is_spread = !plan_.fallback.empty() && !state.uses_fallback;
-    for (std::size_t l = 0; l < modes.size(); ++l)
-      values_[first + (is_spread ? index(plan_.fallback_modes[l]) : l)] = modes[l];
-  }
 
   const Plan& plan_;
   io::CsvWriter writer_;
+  PointsBatch batch_;
   std::int64_t every_;  // [ticks]
   std::vector<double> values_;
 };

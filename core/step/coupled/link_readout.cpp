@@ -5,6 +5,7 @@
 #include "core/step/coupled/coupled.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/links/bar.hpp"
+#include "core/step/readout.hpp"
 #include "core/step/turning/turning.hpp"
 
 namespace freeflex {
@@ -253,6 +254,44 @@ double strain_energy_beyond_linear(const StepPlan& plan, const MotionState& stat
     sum += 0.5 * (tension - linear) * ((tension + linear) / bar.stiffness);
   }
   return sum;
+}
+
+namespace {
+
+/// Returns the bar at true length that belongs to a link, or nullptr if there is none.
+const PlanBar* find_bar(const StepPlan& plan, std::int32_t link) noexcept {
+  const auto& bars = plan.coupled.bars;
+  const auto found =
+      std::lower_bound(bars.begin(), bars.end(), link,
+                       [](const PlanBar& bar, std::int32_t wanted) { return bar.link < wanted; });
+  return found != bars.end() && found->link == link ? &*found : nullptr;
+}
+
+}  // namespace
+
+void read_link(const StepPlan& given, const MotionState& state, int output, std::span<double> out) noexcept {
+  const StepPlan& plan = active_plan(given, state);
+  const PlanLinkOutput& link = plan.link_outputs[index(output)];
+  const std::size_t n = index(plan.num_padded);
+  for (std::int32_t k = 0; k < link.num_rows; ++k)
+    out[index(k)] = dot_lanes(plan.link_rows.data() + index(link.first_row + k) * n, state.q.data(), n);
+  const auto add = [&](std::int32_t first, const Array& x) {
+    for (std::int32_t k = 0; first >= 0 && k < link.num_rows; ++k)
+      out[index(k)] += dot_lanes(plan.link_rows.data() + index(first + k) * n, x.data(), n);
+  };
+  const PlanBar* bar = find_bar(plan, link.link);
+  if (bar != nullptr) {
+    const BarMotion motion = read_bar(plan, state, *bar);
+    out[0] = bar_force(*bar, motion.d).tension;
+    if (bar->damping > 0.0) out[0] += damper_force(*bar, motion.d, motion.d_dot).tension;
+  } else {
+    // the rows of damping are those of linear strains, which Rayleigh's beta does not damp here
+    const bool is_true =
+        traits_of(plan.fidelity).has_true_geometry && read_true_link(plan, state, link.link, out);
+    if (!is_true || !plan.coupled.damps_true_strains || plan.coupled.beta == 0.0)
+      add(link.first_rate_row, state.q_dot);
+  }
+  add(link.first_load_row, state.Q);
 }
 
 }  // namespace freeflex

@@ -247,6 +247,22 @@ FREEFLEX_KERNEL void contract_to(const double* rows, std::size_t num_rows, std::
   }
 }
 
+/// Computes the products of three rows with `count` vectors of n values, four vectors at a time.
+template <class V>
+FREEFLEX_KERNEL void contract_vectors_to(const double* rows, std::size_t stride, std::size_t n,
+                                         const double* x, std::size_t count, double* y) noexcept {
+  const double* from[4];
+  double* to[4];
+  const auto take = [&](std::size_t first, std::size_t size) {
+    for (std::size_t k = 0; k < size; ++k) from[k] = x + (first + k) * n, to[k] = y + 3 * (first + k);
+  };
+  const std::size_t in_fours = count / 4 * 4;
+  for (std::size_t k = 0; k < in_fours; k += 4)
+    take(k, 4), contract_block_to<V, 3, 4>(rows, stride, n, from, to);
+  for (std::size_t k = in_fours; k < count; ++k)
+    take(k, 1), contract_block_to<V, 3, 1>(rows, stride, n, from, to);
+}
+
 /// Computes x_l = sum_k rows_kl f_k and y_l = sum_k rows_kl g_k over all rows k, for eight modes l at a time.
 template <class V>
 FREEFLEX_KERNEL void project_points_to(const StepPlan* plan, std::size_t n, const double* f, const double* g,
@@ -330,10 +346,24 @@ void contract_two(const double* rows, std::size_t num_rows, std::size_t stride, 
       rows, num_rows, stride, n, static_cast<const double* const*>(from), static_cast<double* const*>(to));
 }
 
+void modal_accelerations(const StepPlan& plan, const double* q, const double* q_dot, const double* Q,
+                         double* q_ddot) noexcept {
+  const double inverse_mass = 1.0 / plan.mass;
+  for (std::size_t l = 0; l < index(plan.num_moving); ++l)
+    q_ddot[l] =
+        (inverse_mass * Q[l] - 2.0 * plan.decay[l] * q_dot[l]) - plan.omega[l] * (plan.omega[l] * q[l]);
+}
+
 void contract_one(const double* rows, std::size_t num_rows, std::size_t n, const double* a,
                   double* x) noexcept {
   run_widest<contract_to<Pair, 1>, contract_to<Quad, 1>, contract_to<Oct, 1>>(
       rows, num_rows, n, n, static_cast<const double* const*>(&a), static_cast<double* const*>(&x));
+}
+
+void contract_vectors(const double* rows, std::size_t stride, std::size_t n, const double* x,
+                      std::size_t count, Vec3* y) noexcept {
+  run_widest<contract_vectors_to<Pair>, contract_vectors_to<Quad>, contract_vectors_to<Oct>>(
+      rows, stride, n, x, count, y->data());
 }
 
 void contract_points(const StepPlan& plan, const double* a, const double* b, std::span<Vec3> V,

@@ -55,6 +55,13 @@ void contract_two(const double* rows, std::size_t num_rows, std::size_t stride, 
 /// Computes x = rows a, in the same lanes as dot_lanes. The array `rows` is (num_rows x n).
 void contract_one(const double* rows, std::size_t num_rows, std::size_t n, const double* a,
                   double* x) noexcept;
+/// Computes y_k = rows x_k for `count` vectors of n values, in the same lanes as dot_lanes. The array `rows`
+/// is (3 x stride).
+void contract_vectors(const double* rows, std::size_t stride, std::size_t n, const double* x,
+                      std::size_t count, Vec3* y) noexcept;
+/// Sets q_ddot to q'' of contract_motion, to the same bits. All arrays are (num_moving).
+void modal_accelerations(const StepPlan& plan, const double* q, const double* q_dot, const double* Q,
+                         double* q_ddot) noexcept;
 /// Computes V = rows a and W = rows b over all points, in the same lanes as dot_lanes. Uses the first
 /// num_moving columns of rows (3 num_points x num_padded).
 void contract_points(const StepPlan& plan, const double* a, const double* b, std::span<Vec3> V,

@@ -31,8 +31,7 @@ void number_pages(std::vector<Page>& pages) {
   }
 }
 
-freeflex_msgs::point_state_t make_point(const Plan& plan, const MotionState& state, std::int32_t point) {
-  const PointState kinematics = read_point(plan, state, point);
+freeflex_msgs::point_state_t make_point(std::int32_t point, const PointState& kinematics) {
   freeflex_msgs::point_state_t message{};
   message.point = point;
   copy_to(kinematics.p_W, message.position);
@@ -151,13 +150,21 @@ freeflex_msgs::state_t make_state_message(const Plan& given, const MotionState& 
 
 std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const MotionState& state,
                                                           const Stamp& stamp) {
+  std::vector<PointState> points;
+  points.reserve(plan.published_points.size());
+  for (const std::int32_t point : plan.published_points) points.push_back(read_point(plan, state, point));
+  return make_pages_of_points(plan, state, points, stamp);
+}
+
+std::vector<freeflex_msgs::points_t> make_pages_of_points(const Plan& plan, const MotionState& state,
+                                                          std::span<const PointState> points,
+                                                          const Stamp& stamp) {
   using Page = freeflex_msgs::points_t;
   const Page empty = make_page<Page>(state, stamp);
   std::vector<Page> pages;
   int room = 0;
-  for (const std::int32_t point : plan.published_points) {
-    add_item(pages, empty, &Page::points, make_point(plan, state, point), room);
-  }
+  for (std::size_t i = 0; i < points.size(); ++i)
+    add_item(pages, empty, &Page::points, make_point(plan.published_points[i], points[i]), room);
   for (const std::int32_t group : plan.published_groups) {
     add_item(pages, empty, &Page::groups, make_group(plan, state, group), room);
   }

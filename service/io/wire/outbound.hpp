@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,10 @@ freeflex_msgs::state_t make_state_message(const Plan& plan, const MotionState& s
 /// Make pages of at most channels::kMaxMessageBytes with the published points, groups and bodies, or with the
 /// loads of the published links. If none of these is published, there is no page.
 std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const MotionState& state,
+                                                          const Stamp& stamp);
+/// \param points  motions of plan.published_points that were read before
+std::vector<freeflex_msgs::points_t> make_pages_of_points(const Plan& plan, const MotionState& state,
+                                                          std::span<const PointState> points,
                                                           const Stamp& stamp);
 std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const MotionState& state,
                                                         const Stamp& stamp);
