@@ -33,7 +33,7 @@ install(TARGETS freeflex_cli freeflex_study RUNTIME DESTINATION ${CMAKE_INSTALL_
 if(TARGET freeflexd)
   install(TARGETS freeflexd RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 endif()
-install(FILES core/command_limits.hpp core/faults.hpp core/index.hpp core/limits.hpp core/motion.hpp core/plan.hpp core/rounding.hpp core/words.hpp DESTINATION ${header_dir}/core
+install(FILES core/command_limits.hpp core/faults.hpp core/index.hpp core/limits.hpp core/motion.hpp core/plan.hpp core/rounding.hpp core/widths.hpp core/words.hpp DESTINATION ${header_dir}/core
   COMPONENT development)
 foreach(folder core/step core/scene core/structure core/plan core/error service/io messages)
   install(DIRECTORY ${folder}/ DESTINATION ${header_dir}/${folder} COMPONENT development FILES_MATCHING PATTERN "*.hpp")

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "core/step/array.hpp"
-#include "core/step/linear/widths.hpp"
 #include "core/step/vector.hpp"
+#include "core/widths.hpp"
 
 namespace freeflex {
 

@@ -4,7 +4,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/step/linear/widths.hpp"
+#include "core/widths.hpp"
 
 namespace freeflex {
 namespace {

@@ -5,8 +5,8 @@
 #include <array>
 #include <cstddef>
 
-#include "core/step/linear/widths.hpp"
 #include "core/step/vector.hpp"
+#include "core/widths.hpp"
 
 namespace freeflex {
 

@@ -1,6 +1,6 @@
 #include "core/step/points/multistep.hpp"
 
-#include "core/step/linear/widths.hpp"
+#include "core/widths.hpp"
 
 namespace freeflex {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "core/step/linear/widths.hpp"
+#include "core/widths.hpp"
 
 namespace freeflex {
 namespace {
