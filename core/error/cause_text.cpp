@@ -42,6 +42,10 @@ std::string remedy(const Plan& plan) {
   if (plan.fidelity != shadow.fidelity && shadow.num_elastic > 0)
     return std::string("; set fidelity: ") + name_of(shadow.fidelity) +
            " or raise the rate; freeflex run --explain says which effect is missing";
+  if (integrates_points(plan))
+    return "; set a smaller accuracy under integration, or, if that changes nothing, set verdict: {step: S} "
+           "to a "
+           "shorter step";
   return "; raise the rate";
 }
 

@@ -87,8 +87,13 @@ TEST(VerdictText, TheLongestTextFitsIntoTheCInterface) {
 
 TEST(VerdictText, TheRemedyForAShadowOnTheSameRungIsAHigherRate) {
   Scene scene = watched_truss(Fidelity::kCorotational, 10.0);
+  scene.integration.by = IntegrateBy::kModes;
   const std::string text = text_of(reduced_plan_of(scene), verdict_with(Cause::kDeformation));
   EXPECT_NE(text.find("at 4000 Hz; raise the rate; estimated"), std::string::npos) << text;
+  scene.integration.by = IntegrateBy::kPoints;
+  const std::string of_points = text_of(reduced_plan_of(scene), verdict_with(Cause::kDeformation));
+  EXPECT_NE(of_points.find("at 4000 Hz; set a smaller accuracy under integration, or"), std::string::npos)
+      << of_points;
 }
 
 // Without elastic modes all rungs are the same, so only the rate helps.

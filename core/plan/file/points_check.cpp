@@ -52,7 +52,9 @@ std::string find_points_inconsistency(const StepPlan& plan) {
                ? ""
                : "the plan has points that it does not integrate";
   if (std::string error = find_no_points_method(plan); !error.empty())
-    return "the plan integrates points, but " + error;
+    return "the plan integrates points, but " + error +
+           "; use a rate at which this holds, set the rate in the scene, or write integration: {by: modes} "
+           "there";
   if (method.steps < 1 || method.steps > kMostStepsPerTick || method.ticks < 1 ||
       method.ticks > kMostTicksPerStep || (method.steps > 1 && method.ticks > 1) || method.pieces < 1 ||
       method.pieces > kMostStepsPerTick || (method.damping.empty() && method.steps % method.pieces != 0) ||

@@ -8,6 +8,7 @@
 
 #include "core/faults.hpp"
 #include "core/plan/rungs/shadow.hpp"
+#include "core/step/linear/kernels.hpp"
 #include "core/step/links/rotations.hpp"
 #include "core/step/loads/loads.hpp"
 #include "core/step/points/history.hpp"
@@ -39,19 +40,21 @@ std::string find_no_points_method(const StepPlan& plan) {
   const PlanCoupled& coupled = plan.coupled;
   if (!traits_of(plan.fidelity).has_true_geometry) return "the rung has no true geometry";
   if (coupled.kinetics.form != PlanKinetics::Form::kComplete || plan.num_padded != plan.num_moving)
-    return "it has rigid links, bodies or mass on links, or not all modes";
-  if (plan.rigid_freedoms < 6) return "its points are on a line";
-  if (plan.num_elastic == 0) return "it has no elastic modes";
+    return "the scene has rigid links, bodies, mass on links, or not all modes";
+  if (plan.rigid_freedoms < 6) return "the points are on a line";
+  if (plan.num_elastic == 0) return "the scene has no elastic modes";
+  if (std::ranges::any_of(plan.points, [](const PlanPoint& point) { return point.mass == 0.0; }))
+    return "the scene has massless points";
   if (coupled.links.has_joints() || !coupled.links.angles.empty() || !coupled.links.matrices.empty() ||
       coupled.links.joints.num_rotations > 0)
-    return "it has other links than springs and bars";
-  if (std::ranges::any_of(plan.points, [](const PlanPoint& point) { return point.mass == 0.0; }))
-    return "it has massless points";
-  if (!has_damped_springs_alone(plan)) return "it has damping of modes or of the mass";
-  if (plan.attractor_mu > 0.0) return "it has an attractor";
-  if (!plan.feedbacks.empty()) return "it has feedback";
-  if (!plan.wheels.empty()) return "it has wheels";
-  if (!plan.fallback.empty()) return "its plan omits features";
+    return "the scene has other links than springs, bars and dashpots";
+  if (!has_damped_springs_alone(plan))
+    return "the scene has damping of modes or of the mass, or its links have the same viscous damping, which "
+           "damps modes";
+  if (plan.attractor_mu > 0.0) return "the scene has an attractor";
+  if (!plan.feedbacks.empty()) return "the scene has feedback";
+  if (!plan.wheels.empty()) return "the scene has wheels";
+  if (!plan.fallback.empty()) return "the plan omits features";
   for (const PlanHistory& history : plan.histories) {
     if (!is_at_ticks(history, plan.period))
       return "the table of load '" + history.name + "' bends between two ticks";
@@ -103,11 +106,14 @@ double displacement_by_loads(const StepPlan& plan) {
     square += plan.initial.q[l] * plan.initial.q[l];
     if (plan.omega[l] > 0.0) square += std::pow(plan.initial.q_dot[l] / plan.omega[l], 2.0);
   }
-  Array Q(index(plan.num_padded));
+  std::vector<Vec3> forces(plan.points.size());
+  Array Q(index(plan.num_moving)), other(Q.size());
   for (const PlanHistory& history : plan.histories) {
     double peak = history.kind == PlanHistory::Kind::kTable ? 0.0 : 1.0;
     for (const double value : history.values) peak = std::max(peak, std::abs(value));
-    if (!project(plan, history.pattern, matrix_of(plan.initial.q_WB), peak, false, Q.data())) continue;
+    std::ranges::fill(forces, Vec3{});
+    add_point_forces(plan, history.pattern, matrix_of(plan.initial.q_WB), peak, {}, forces);
+    project_points(plan, forces, forces, Q.data(), other.data());
     for (std::size_t l = 0; l < plan.omega.size(); ++l)
       if (plan.omega[l] > 0.0) square += std::pow(Q[l] / (plan.mass * plan.omega[l] * plan.omega[l]), 2.0);
   }

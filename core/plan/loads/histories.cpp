@@ -180,7 +180,7 @@ void warn_of_ticks(const Scene& scene, const StepPlan& plan, Faults& faults) {
     const std::string who = "load " + quoted(history.name, static_cast<int>(k));
     // the step takes loads as linear within a tick, and straight lines are too far from a faster sine
     const double slowest = 1.0 / (kTicksPerCycle * plan.period);
-    if (history.kind == PlanHistory::Kind::kSine && history.frequency > slowest)
+    if (history.kind == PlanHistory::Kind::kSine && history.frequency > slowest && !integrates_points(plan))
       add_warning(faults, scene.loads[k].origin,
                   join_text(who, ": the sine of ", history.frequency, " Hz has fewer than ", kTicksPerCycle,
                             " ticks a cycle at ", 1.0 / plan.period,

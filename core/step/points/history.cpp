@@ -24,7 +24,8 @@ PointsWorkspace make_points_workspace(const PlanPoints& plan) {
   PointsWorkspace w;
   const std::size_t size = size_over_points(plan);
   if (size == 0) return w;
-  for (Array* each : {&w.x, &w.x_low, &w.d, &w.v, &w.a, &w.other_x, &w.other_low, &w.load})
+  for (Array* each :
+       {&w.x, &w.x_low, &w.d, &w.v, &w.a, &w.other_x, &w.other_low, &w.start_v, &w.start_a, &w.load})
     each->resize(size);
   w.changes.assign(kPastSteps + 1, Array(size));
   w.accelerations = w.changes;

@@ -50,6 +50,7 @@ struct PointsWorkspace {
   // the motion at the end of a step, swapped with that of the history once it is known to be finite
   Array x, x_low, d, v, a;
   Array other_x, other_low;  // [m] positions at every other step
+  Array start_v, start_a;    // [m/s], [m/s^2] at the start of a tick of many steps
   // the past values that the first steps of a tick replace, and the last one that the others replace
   std::vector<Array> changes, accelerations;
   ExtrapolationWorkspace extrapolation;

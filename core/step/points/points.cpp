@@ -255,29 +255,29 @@ bool have_finite_squares(const Array& values) noexcept {
   return sum == 0.0;
 }
 
-/// Finds whether the steps resolve the motion   (THEORY 12.135).
-void check_resolution(Tick& tick) noexcept {
-  PointHistory& history = tick.history;
-  const Past a = past_of(history.accelerations, history.earliest);
+/// Returns whether the steps resolve the motion   (THEORY 12.135).
+bool is_resolved(Tick& tick) noexcept {
+  const Past a = past_of(tick.history.accelerations, tick.history.earliest);
   const double* const share = tick.method.share.data();
   const double difference = __builtin_sqrt(square_of_differences(a, share, tick.size()));
   double square = 0.0;
   for (std::size_t i = 0; i < tick.size(); ++i)
     square += share[i] * (a[kPastSteps - 1][i] * a[kPastSteps - 1][i]);
-  history.begins_anew = difference > tick.method.resolved * __builtin_sqrt(square) + tick.method.noise;
+  return !(difference > tick.method.resolved * __builtin_sqrt(square) + tick.method.noise);
 }
 
-/// Number of steps between two checks of the resolution.
-constexpr std::int64_t kCheckEvery = 16;
+/// Number of steps between two checks of the resolution. They are whole pieces of 1, 2 or 3 steps.
+constexpr std::int32_t kCheckEvery = 12;
 
-/// Makes extrapolated steps until there are enough nodes for the multistep method, or to the end of the tick.
-/// Returns how many steps of the multistep method take as long as these extrapolated steps.
-std::int32_t advance_to_start(Tick& tick) noexcept {
+/// Makes extrapolated steps, from a piece of the tick on, until there are enough nodes for the multistep
+/// method or the tick ends. Returns the number of steps of the multistep method that take as long as these
+/// pieces and those before.
+std::int32_t advance_to_start(Tick& tick, std::int32_t piece) noexcept {
   PointHistory& history = tick.history;
   PointsWorkspace& w = tick.w;
-  w.d = history.d, w.v = history.v, w.a = history.a;
-  for (std::int32_t piece = 0; piece < tick.pieces; ++piece) {
+  for (; piece < tick.pieces; ++piece) {
     advance_piece(tick, piece);
+    history.attitude = attitude_of_points(tick.plan, w.x.data(), history.attitude);
     if (is_damped(tick.method) || history.num_nodes < tick.method.num_nodes) continue;
     start_multistep(tick, static_cast<double>(piece + 1) / tick.pieces);
     return tick.method.steps / tick.pieces * (piece + 1);
@@ -285,28 +285,72 @@ std::int32_t advance_to_start(Tick& tick) noexcept {
   return tick.method.steps;
 }
 
-/// Advances the motion in the workspace by a tick. Returns false if it is not finite, and keeps the past.
+/// Begins anew within a tick, from the positions in the workspace after a step of the multistep method.
+void begin_within(Tick& tick) noexcept {
+  PointHistory& history = tick.history;
+  PointsWorkspace& w = tick.w;
+  std::swap(history.x, w.x);  // of which the velocities are read
+  place_points(tick.plan, history, w.other_x.data(), w.v.data());
+  std::swap(history.x, w.x);
+  w.a = history.accelerations[(index(history.earliest) + kPastSteps - 1) % kPastSteps];
+  std::fill(w.d.begin(), w.d.end(), 0.0);
+  history.is_multistep = false;
+  history.num_nodes = 0;
+  add_node(history, w.d, w.v, w.a);
+}
+
+/// Makes the steps of a tick that follow the first `made` ones. Returns whether it began anew within the
+/// tick.
+bool advance_steps(Tick& tick, std::int32_t made) noexcept {
+  PointHistory& history = tick.history;
+  const std::int32_t end = tick.method.steps;
+  bool begins_anew = false;
+  for (std::int32_t first = made; made < end;) {
+    advance_step(tick, index(made - first), static_cast<double>(made + 1) * tick.method.ticks / end);
+    ++made;
+    if (made % kCheckEvery != 0 || made == end) continue;
+    history.attitude = attitude_of_points(tick.plan, tick.w.x.data(), history.attitude);
+    if (is_resolved(tick)) continue;
+    begins_anew = true;
+    begin_within(tick);
+    first = made = advance_to_start(tick, made / (end / tick.pieces));
+  }
+  return begins_anew;
+}
+
+/// Advances the motion in the workspace by a tick. Returns false if it is not finite. The motion is then that
+/// at the start of the tick.
 bool advance_tick(Tick& tick) noexcept {
   PointHistory& history = tick.history;
   PointsWorkspace& w = tick.w;
   w.x = history.x, w.x_low = history.x_low;
   const bool was_multistep = history.is_multistep;
   const std::int32_t num_nodes = history.num_nodes, steps_since_node = history.steps_since_node;
-  const std::int32_t first = was_multistep ? 0 : advance_to_start(tick), end = tick.method.steps;
-  for (std::int32_t k = first; k < end; ++k)
-    advance_step(tick, index(k - first), static_cast<double>(k + 1) * tick.method.ticks / end);
-  const std::size_t latest = (index(history.earliest) + kPastSteps - 1) % kPastSteps;
-  const Array& a = history.is_multistep ? history.accelerations[latest] : w.a;
+  const auto latest = [&]() -> const Array& {
+    return history.accelerations[(index(history.earliest) + kPastSteps - 1) % kPastSteps];
+  };
+  std::int32_t made = 0;
+  if (!was_multistep) {
+    w.d = history.d, w.v = history.v, w.a = history.a;
+    made = advance_to_start(tick, 0);
+  } else if (tick.method.steps > kCheckEvery) {
+    place_points(tick.plan, history, w.other_x.data(), w.start_v.data());
+    w.start_a = latest();
+  }
+  const bool has_steps = made < tick.method.steps;
+  const bool begins_anew = advance_steps(tick, made);
+  const Array& a = history.is_multistep ? latest() : w.a;
   if (have_finite_squares(w.x) && have_finite_squares(a)) {
-    history.ticks_left = first < end ? tick.method.ticks - 1 : 0;
+    history.ticks_left = has_steps ? tick.method.ticks - 1 : 0;
     return true;
   }
-  if (was_multistep) {
-    take_back(tick, index(end));
-  } else {
-    history.is_multistep = false;
-    history.num_nodes = num_nodes, history.steps_since_node = steps_since_node;
+  if (was_multistep && !begins_anew) {
+    take_back(tick, index(tick.method.steps));
+    return false;
   }
+  history.is_multistep = false;
+  history.num_nodes = std::max(1, num_nodes), history.steps_since_node = steps_since_node;
+  if (was_multistep) history.v = w.start_v, history.a = w.start_a;
   return false;
 }
 
@@ -331,10 +375,10 @@ bool advance_points(const StepLoads& step_loads, bool is_fresh, State& state, Wo
       history.d.swap(tick.w.d);
       history.v.swap(tick.w.v);
       history.a.swap(tick.w.a);
-    }
-    if (history.steps_made / kCheckEvery != checked) check_resolution(tick);
-    if (!history.is_multistep || history.steps_made / kCheckEvery != checked)
+    } else if (history.steps_made / kCheckEvery != checked) {
+      history.begins_anew = !is_resolved(tick);
       history.attitude = attitude_of_points(tick.plan, history.x.data(), history.attitude);
+    }
   }
   state.points.is_set = false;
   state.has_frame = state.has_modes = false;
