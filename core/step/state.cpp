@@ -39,6 +39,8 @@ void set_initial(const StepPlan& plan, State& state) {
   }
   if (!plan.wheels.empty() && !is_coupled(plan))
     state.H_W = add(state.H_W, multiply(rotation_matrix(initial.q_WB), wheel_momentum_B(plan, state)));
+  // without slots, the pattern of commands stays that of none
+  state.slots_changed = state.slots_changed || state.num_slots > 0 || state.uses_fallback;
   // A reset returns the state from the fallback plan to the plan. The arrays have room for both plans, so
   // nothing is allocated.
   const auto n = index(plan.num_padded);
@@ -55,7 +57,6 @@ void set_initial(const StepPlan& plan, State& state) {
   state.force_W = state.moment_B = {};
   std::fill(state.Q.begin(), state.Q.end(), 0.0);
   state.num_slots = 0;
-  state.slots_changed = true;
   if (is_coupled(plan)) set_coupled_motion(plan, initial.w_B, state);
   state.has_frame = state.has_modes = true;
   state.points.is_set = state.point_history.is_multistep = false;
