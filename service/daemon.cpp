@@ -66,7 +66,7 @@ SetupProgress log_now_and_then() {
     print_plainly("set-up: " + what);
     return true;
   };
-  return {say, io::machine_memory_MB()};
+  return {say, io::machine_memory_MB(), io::share_on_two_threads};
 }
 
 Plan read_plan(const DaemonOptions& options) {

@@ -120,6 +120,9 @@ struct SetupProgress {
   /// \return false to end the set-up with an error
   std::function<bool(const std::string& what, double done)> report = {};
   double memory_MB = 0.0;  // available memory; 0: unknown, no limit
+  /// Calls work(k) for k from 0 to count - 1, which do not depend on one another, for example on several
+  /// threads. Empty: they are called one after another. The structure has the same bits.
+  std::function<void(int count, const std::function<void(int)>& work)> share = {};
 };
 
 /// Checks the physics of a scene and computes its structure   (THEORY sections 2 to 5). Faults are appended,

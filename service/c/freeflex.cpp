@@ -241,6 +241,7 @@ int set_up(freeflex_progress progress, void* user, freeflex_plan*& plan, const L
   bool is_ended = false;
   SetupProgress asked;
   asked.memory_MB = io::machine_memory_MB();
+  asked.share = io::share_on_two_threads;
   if (progress != nullptr)
     asked.report = [&](const std::string& what, double done) {
       is_ended = is_ended || progress(user, what.c_str(), done) != 0;

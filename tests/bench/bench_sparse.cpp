@@ -13,6 +13,7 @@
 #include <string>
 
 #include "core/structure/structure.hpp"
+#include "service/io/scene/machine.hpp"
 #include "tests/support/large_scenes.hpp"
 #include "tests/support/structures.hpp"
 #ifdef FREEFLEX_MODAL_RIVALS
@@ -64,7 +65,8 @@ bool run(const std::string& name, Scene scene, int count) {
   const std::clock_t cpu_begin = std::clock();
   const auto begin = std::chrono::steady_clock::now();
   Faults faults;
-  const auto structure = build_structure_by(scene, SetupPath::kSparse, faults);
+  const auto structure =
+      build_structure_by(scene, SetupPath::kSparse, faults, {{}, 0.0, io::share_on_two_threads});
   const double cpu = static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
   const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!structure) {

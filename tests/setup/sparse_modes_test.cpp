@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/rounding.hpp"
+#include "service/io/scene/machine.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/mixed_structures.hpp"
 #include "tests/support/structures.hpp"
@@ -272,6 +273,20 @@ TEST(SparseModes, TheSparseSetUpEndsOnRequest) {
   Faults faults;
   EXPECT_FALSE(build_structure(scene, faults, progress));
   EXPECT_NE(text_of(faults).find("the set-up was ended"), std::string::npos);
+}
+
+// 12,000 freedoms, above the number from which work is shared out
+TEST(SparseModes, HaveTheSameBitsOnOneThreadAndOnTwo) {
+  Scene scene = square_truss(1000);
+  scene.publication = {};
+  scene.pushable.clear();
+  scene.modes.count = 20;
+  Faults faults;
+  const auto alone = build_structure(scene, faults, {{}, 0.0, {}});
+  const auto shared = build_structure(scene, faults, {{}, 0.0, io::share_on_two_threads});
+  ASSERT_TRUE(alone && shared) << text_of(faults);
+  EXPECT_EQ(alone->omega, shared->omega);
+  EXPECT_EQ(alone->shapes, shared->shapes);
 }
 
 }  // namespace

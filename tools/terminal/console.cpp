@@ -182,7 +182,7 @@ SetupProgress Progress::of_setup() {
             update(done);
             return true;
           },
-          io::machine_memory_MB()};
+          io::machine_memory_MB(), io::share_on_two_threads};
 }
 
 void Progress::draw() const {

@@ -1,10 +1,14 @@
 #include "service/io/scene/machine.hpp"
 
+#include <signal.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <fstream>
+#include <system_error>
+#include <thread>
 
 #include "core/limits.hpp"
 
@@ -32,6 +36,26 @@ double machine_memory_MB() {
   for (double& each : pages) taken >> each;
   memory = left_of(RLIMIT_AS, pages[0] * page_MB, memory);
   return left_of(RLIMIT_DATA, pages[5] * page_MB, memory);
+}
+
+void share_on_two_threads(int count, const std::function<void(int)>& work) {
+  std::atomic<int> next{0};
+  const auto run = [&] {
+    for (int k = next++; k < count; k = next++) work(k);
+  };
+  std::thread other;
+  if (count > 1 && std::thread::hardware_concurrency() > 1) {
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    try {
+      other = std::thread(run);
+    } catch (const std::system_error&) {  // no more threads are allowed
+    }
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  }
+  run();
+  if (other.joinable()) other.join();
 }
 
 }  // namespace freeflex::io

@@ -1,5 +1,7 @@
-// Memory available for a set-up.
+// Memory and processors available for a set-up.
 #pragma once
+
+#include <functional>
 
 namespace freeflex::io {
 
@@ -7,5 +9,9 @@ namespace freeflex::io {
 /// less, the memory that the limits of this process (`ulimit -v`, `ulimit -d`) leave besides the memory in
 /// use and a buffer of the BLAS.
 double machine_memory_MB();
+
+/// Calls work(k) for k from 0 to count - 1 on two threads, if the machine has two processors and allows
+/// another thread (SetupProgress::share). The second thread takes no signals.
+void share_on_two_threads(int count, const std::function<void(int)>& work);
 
 }  // namespace freeflex::io

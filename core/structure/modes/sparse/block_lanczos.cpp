@@ -42,12 +42,12 @@ Eigen::MatrixXd GrowingColumns::range(Eigen::Index begin, Eigen::Index count) co
 }
 
 void GrowingColumns::project_out(Eigen::Index begin, const Eigen::MatrixXd& weighed, Eigen::MatrixXd& y,
-                                 Eigen::MatrixXd& shares) const {
+                                 Eigen::MatrixXd& shares, const ShareWork& share) const {
   for (Eigen::Index at = begin / kChunk * kChunk; at < count_; at += kChunk) {
     const Eigen::MatrixXd& chunk = chunks_[index(at / kChunk)];
     const Eigen::Index size = std::min(kChunk, count_ - at);
-    const Eigen::MatrixXd h = products(chunk, size, weighed);
-    subtract(chunk, size, h, y);
+    const Eigen::MatrixXd h = narrow_products(chunk, size, weighed, share);
+    subtract_narrow(chunk, size, h, y, share);
     shares.middleRows(at, size) += h;
   }
 }
@@ -92,8 +92,8 @@ Eigen::VectorXd BlockLanczos::sizes(const Eigen::MatrixXd& columns) const {
 void BlockLanczos::project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares) const {
   const Eigen::MatrixXd weighed = op_.weigh(columns);
   Eigen::MatrixXd known = Eigen::MatrixXd::Zero(op_.known.size(), columns.cols());
-  op_.known.project_out(0, weighed, columns, known);
-  basis_.project_out(0, weighed, columns, shares);
+  op_.known.project_out(0, weighed, columns, known, op_.share);
+  basis_.project_out(0, weighed, columns, shares, op_.share);
 }
 
 // Projects the basis from column `first` on out of the given columns once. Then projects out the known
@@ -103,7 +103,7 @@ Eigen::MatrixXd BlockLanczos::orthonormalise(Eigen::MatrixXd& columns, Eigen::Ma
   constexpr int kMostPasses = 3;
   const Eigen::VectorXd before = sizes(columns);
   shares = Eigen::MatrixXd::Zero(basis_.size(), columns.cols());
-  basis_.project_out(first, op_.weigh(columns), columns, shares);
+  basis_.project_out(first, op_.weigh(columns), columns, shares, op_.share);
   Eigen::VectorXd left = sizes(columns);
   for (int pass = 0; pass < kMostPasses; ++pass) {
     project_out(columns, shares);

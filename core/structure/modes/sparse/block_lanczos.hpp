@@ -6,6 +6,8 @@
 #include <functional>
 #include <vector>
 
+#include "core/structure/modes/sparse/narrow_products.hpp"
+
 namespace freeflex {
 
 /// Ritz values in descending order of |theta|.
@@ -25,8 +27,9 @@ class GrowingColumns {
   /// Removes from y the components along V: y -= V V^T weighed, where weighed is m y. V are the columns from
   /// the start of the chunk that contains column `begin`. Adds V^T weighed to the rows of shares for these
   /// columns (size() x columns).
+  /// \pre y has at most kMostNarrow columns
   void project_out(Eigen::Index begin, const Eigen::MatrixXd& weighed, Eigen::MatrixXd& y,
-                   Eigen::MatrixXd& shares) const;
+                   Eigen::MatrixXd& shares, const ShareWork& share) const;
   /// Returns the product of the first S.rows() columns and S.
   Eigen::MatrixXd times(const Eigen::MatrixXd& S) const;
 
@@ -39,6 +42,7 @@ class GrowingColumns {
 struct MassSymmetric {
   std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> apply;  // m x -> operator times x; empty on failure
   std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> weigh;  // x -> m x, m the mass matrix
+  ShareWork share;                                               // may be empty
   GrowingColumns known;  // (n x count) m-orthonormal columns that are projected out
 };
 

@@ -36,6 +36,7 @@ constexpr int kFirstColumns = 300;
 // number of rough vectors that are smoothed at once, which is cheaper than one after the other
 constexpr int kSmoothed = 24;
 constexpr Eigen::Index kRowsAtOnce = 4096;
+constexpr int kShared = 10'000;  // number of freedoms above which work is worth sharing out
 
 // returns the factor R of the QR decomposition of the product of rows and some of the columns; R is updated
 // with one block of rows after the other
@@ -58,10 +59,16 @@ Eigen::MatrixXd triangle_of(const SparseRows& rows, const Eigen::MatrixXd& colum
 LowestModes::LowestModes(const Scene& scene, const SparseSystem& system, const SetupProgress& progress,
                          Faults& faults)
     : scene_(scene), system_(system), progress_(progress), faults_(faults) {
-  op_.weigh = [&](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(system_.mass * x); };
+  op_.weigh = [&](const Eigen::MatrixXd& x) {
+    Eigen::MatrixXd weighed(x.rows(), x.cols());
+    run_shared(op_.share, static_cast<int>(x.cols()),
+               [&](int k) { weighed.col(k) = system_.mass * x.col(k); });
+    return weighed;
+  };
   op_.apply = [&](const Eigen::MatrixXd& mass_times_x) {
     return inverse_->apply(mass_times_x, refinements_);
   };
+  if (system.num_all() >= kShared) op_.share = progress.share;
   op_.known.append(system_.rigid);
 }
 
@@ -143,7 +150,7 @@ bool LowestModes::factor_at(double sigma) {
   std::vector<int>& order = is_assembled ? assembled_order_ : augmented_order_;
   inverse_.reset();
   inverse_ = std::make_unique<ShiftedInverse>(
-      system_, -sigma, is_assembled ? SystemForm::kAssembled : SystemForm::kAugmented, order);
+      system_, -sigma, is_assembled ? SystemForm::kAssembled : SystemForm::kAugmented, order, op_.share);
   if (order.empty()) order = inverse_->order();
   factor_MB_ = inverse_->expected_MB();
   if (!report(join_text("factoring the structure, some ", std::ceil(factor_MB_), " MB"), 0.0) || !fits(0))
@@ -328,11 +335,11 @@ std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eig
 bool LowestModes::take(Eigen::MatrixXd vectors) {
   const Eigen::Index before = found_omega_.size(), added = vectors.cols();
   found_omega_.conservativeResize(before + added);
+  run_shared(op_.share, static_cast<int>(added),
+             [&](int k) { found_omega_[before + k] = frequency(vectors.col(k)); });
   std::vector<Eigen::Index> rough;
-  for (Eigen::Index k = 0; k < added; ++k) {
-    found_omega_[before + k] = frequency(vectors.col(k));
+  for (Eigen::Index k = 0; k < added; ++k)
     if (kRough * found_omega_[before + k] < std::sqrt(stiffest_)) rough.push_back(k);
-  }
   if (!rough.empty()) {
     if (!smooth(vectors, rough)) return false;
     for (const Eigen::Index k : rough) found_omega_[before + k] = frequency(vectors.col(k));

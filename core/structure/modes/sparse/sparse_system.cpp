@@ -222,12 +222,13 @@ int num_negative_rows(const SparseSystem& system, SystemForm form) {
 }
 
 ShiftedInverse::ShiftedInverse(const SparseSystem& system, double shift, SystemForm form,
-                               const std::vector<int>& order)
+                               const std::vector<int>& order, const ShareWork& share)
     : system_(system),
       shift_(shift),
       form_(form),
       first_(form == SystemForm::kAugmented ? system.rows.rows() : 0),
       factor_(entries_of(system, shift, form), order),
+      share_(share),
       rows_by_freedom_(system.rows.transpose()),
       constraints_by_freedom_(system.constraints.transpose()) {}
 
@@ -250,8 +251,8 @@ Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
   const Eigen::Index m = system_.rows.rows(), n = system_.num_all(), c = system_.constraints.rows();
   Eigen::MatrixXd left(sides.rows(), sides.cols());
   // Strains are unknowns of the augmented system, but in the assembled system they are computed as A y
-  std::vector<long double> strains(index(m));
-  for (Eigen::Index k = 0; k < sides.cols(); ++k) {
+  run_shared(share_, static_cast<int>(sides.cols()), [&](int k) {
+    std::vector<long double> strains(index(m));
     const double* const e = solution.col(k).data();
     const double* const x = e + first_;
     const double* const lambda = x + n;
@@ -274,7 +275,7 @@ Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
     }
     for (Eigen::Index i = 0; i < c; ++i)
       out[first_ + n + i] = static_cast<double>(dot(system_.constraints, i, x, b[first_ + n + i], -1.0));
-  }
+  });
   return left;
 }
 

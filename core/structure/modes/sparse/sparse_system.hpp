@@ -6,6 +6,7 @@
 
 #include "core/structure/links/link_factor.hpp"
 #include "core/structure/modes/sparse/mumps.hpp"
+#include "core/structure/modes/sparse/narrow_products.hpp"
 
 namespace freeflex {
 
@@ -54,7 +55,7 @@ int num_negative_rows(const SparseSystem& system, SystemForm form);
 class ShiftedInverse {
  public:
   ShiftedInverse(const SparseSystem& system, double shift, SystemForm form,
-                 const std::vector<int>& order = {});
+                 const std::vector<int>& order = {}, const ShareWork& share = {});
   std::vector<int> order() const { return factor_.order(); }
   /// Returns the expected memory of the factor [MB].
   double expected_MB() const { return factor_.expected_MB(); }
@@ -81,6 +82,7 @@ class ShiftedInverse {
   SystemForm form_;
   Eigen::Index first_;  // row of the first freedom, after the strains
   Mumps factor_;
+  ShareWork share_;
   SparseRows rows_by_freedom_, constraints_by_freedom_;  // A^T, C^T
 };
 
