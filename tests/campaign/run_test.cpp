@@ -64,14 +64,14 @@ TEST_F(Campaigns, OneTableWhoeverRunsTheCases) {
 }
 
 TEST_F(Campaigns, GoOnAfterBeingKilledAtAnyMoment) {
-  write(campaign_text(2000));
+  write(campaign_text(6000));
   const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(campaign("run c.yaml --out whole").exit_code, 0);
   const double whole = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::mt19937 random(1);
   int kills = 0;
   for (Outcome last; kills < 60; ++kills) {
-    const double seconds = std::uniform_real_distribution<double>(0.02, 0.5 * whole)(random);
+    const double seconds = std::uniform_real_distribution<double>(0.02, 0.3 * whole)(random);
     last = campaign("run c.yaml --out killed", "timeout -s KILL " + std::to_string(seconds));
     if (last.exit_code == 0) break;
     ASSERT_NE(last.exit_code, 1) << last.err;
