@@ -104,7 +104,8 @@ INSTANTIATE_TEST_SUITE_P(
         bad_line(
             "Groups", "gruops: {end: tip}\nloads: {wrenches: {end: {force: [0, 0, 1]}}}",
             {"scene.yaml:5:1: error: scene: the key 'gruops' is unknown (did you mean 'groups'?); allowed "
-             "are name, rate, fidelity, tolerance, integration, verdict, points, links, groups, damping, gravity, "
+             "are name, rate, fidelity, tolerance, integration, verdict, points, links, groups, damping, "
+             "gravity, "
              "attractor, initial, wheels, loads, feedback, leave_out, modes, publish, commands"}),
         BadScene{"Column",
                  {{"scene.yaml", "points: {csv: points.csv}\n"}, {"points.csv", "mas,x,y,z\n1,0,0,0\n"}},

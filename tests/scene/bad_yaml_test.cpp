@@ -169,13 +169,14 @@ TEST_P(Type, EachWrongTypeIsReportedInTheExpectedWords) { expect_refused(GetPara
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Type,
     ::testing::Values(
-        BadScene{"SceneIsAList",
-                 {{"scene.yaml",
-                   "- points\n"
-                   "- links\n"}},
-                 {"scene.yaml:1:1: error: scene is a list, but must be a mapping of name, rate, fidelity, "
-                  "tolerance, integration, verdict, points, links, groups, damping, gravity, attractor, initial, "
-                  "wheels, loads, feedback, leave_out, modes, publish, commands"}},
+        BadScene{
+            "SceneIsAList",
+            {{"scene.yaml",
+              "- points\n"
+              "- links\n"}},
+            {"scene.yaml:1:1: error: scene is a list, but must be a mapping of name, rate, fidelity, "
+             "tolerance, integration, verdict, points, links, groups, damping, gravity, attractor, initial, "
+             "wheels, loads, feedback, leave_out, modes, publish, commands"}},
         BadScene{"PointsAreText",
                  {{"scene.yaml", "points: points.csv\n"}},
                  {"scene.yaml:1:9: error: points is the text 'points.csv', but must be a list of points or "
@@ -214,7 +215,8 @@ INSTANTIATE_TEST_SUITE_P(
                                            "links:\n"
                                            "  - {name: l, spring: [hub, tip], stifness: 10}\n"}},
             {"scene.yaml:5:1: error: scene: the key 'dampnig' is unknown (did you mean 'damping'?); allowed "
-             "are name, rate, fidelity, tolerance, integration, verdict, points, links, groups, damping, gravity, "
+             "are name, rate, fidelity, tolerance, integration, verdict, points, links, groups, damping, "
+             "gravity, "
              "attractor, initial, wheels, loads, feedback, leave_out, modes, publish, commands",
              "scene.yaml:7:35: error: link 'l': the key 'stifness' is unknown (did you mean 'stiffness'?); "
              "allowed are name, spring, stiffness, viscous, loss_factor"}},

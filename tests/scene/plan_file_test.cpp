@@ -119,10 +119,11 @@ TEST_F(PlanFile, APlanWithAFlippedBitIsRefused) {
 }
 
 TEST_F(PlanFile, AFileWithoutTheMagicNumberOfAPlanIsReadAsAScene) {
-  EXPECT_EQ(refusal("FFPLA"),
-            "bad.plan:1:1: error: scene is the text 'FFPLA', but must be a mapping of name, rate, fidelity, "
-            "tolerance, integration, verdict, points, links, groups, damping, gravity, attractor, initial, wheels, "
-            "loads, feedback, leave_out, modes, publish, commands\n    FFPLA\n    ^");
+  EXPECT_EQ(
+      refusal("FFPLA"),
+      "bad.plan:1:1: error: scene is the text 'FFPLA', but must be a mapping of name, rate, fidelity, "
+      "tolerance, integration, verdict, points, links, groups, damping, gravity, attractor, initial, wheels, "
+      "loads, feedback, leave_out, modes, publish, commands\n    FFPLA\n    ^");
 }
 
 TEST_F(PlanFile, AMessageContainsThePathThatCannotBeWritten) {

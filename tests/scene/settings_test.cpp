@@ -295,7 +295,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         bad("UnknownSection", "pionts.hub.mass=1",
             "scene: the key 'pionts' is unknown (did you mean 'points'?); allowed are name, rate, fidelity, "
-            "tolerance, integration, verdict, points, links, groups, damping, gravity, attractor, initial, wheels, "
+            "tolerance, integration, verdict, points, links, groups, damping, gravity, attractor, initial, "
+            "wheels, "
             "loads, feedback, leave_out, modes, publish, commands"),
         bad("UnknownNameInAList", "points.hbu.mass=1",
             "points: no item is named 'hbu' (did you mean 'hub'?)"),

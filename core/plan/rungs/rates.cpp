@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "core/faults.hpp"
+#include "core/plan/integration/choose_method.hpp"
 #include "core/plan/loads/histories.hpp"
 #include "core/plan/modes/modal_coupling.hpp"
 #include "core/plan/modes/propagator.hpp"
-#include "core/plan/integration/choose_method.hpp"
 #include "core/plan/rungs/rungs.hpp"
 #include "core/plan/rungs/shadow.hpp"
 
