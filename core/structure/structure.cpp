@@ -324,7 +324,7 @@ std::optional<Structure> build_structure_by(const Scene& scene, SetupPath path, 
     return !progress.report || progress.report(what, done);
   };
   try {
-    return build_in_stages(scene, path, faults, {report, progress.memory_MB});
+    return build_in_stages(scene, path, faults, {report, progress.memory_MB, progress.share});
   } catch (const std::bad_alloc&) {
     add_error(faults, scene.points.empty() ? Origin{} : scene.points.front().origin,
               join_text("memory ran out in the set-up of ", scene.points.size(), " points, at ", stage,

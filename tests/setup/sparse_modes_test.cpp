@@ -283,8 +283,14 @@ TEST(SparseModes, HaveTheSameBitsOnOneThreadAndOnTwo) {
   scene.modes.count = 20;
   Faults faults;
   const auto alone = build_structure(scene, faults, {{}, 0.0, {}});
-  const auto shared = build_structure(scene, faults, {{}, 0.0, io::share_on_two_threads});
+  int num_shared = 0;
+  const auto share = [&](int count, const std::function<void(int)>& work) {
+    ++num_shared;
+    io::share_on_two_threads(count, work);
+  };
+  const auto shared = build_structure(scene, faults, {{}, 0.0, share});
   ASSERT_TRUE(alone && shared) << text_of(faults);
+  EXPECT_GT(num_shared, 100);
   EXPECT_EQ(alone->omega, shared->omega);
   EXPECT_EQ(alone->shapes, shared->shapes);
 }
