@@ -43,9 +43,8 @@ std::string remedy(const Plan& plan) {
     return std::string("; set fidelity: ") + name_of(shadow.fidelity) +
            " or raise the rate; freeflex run --explain says which effect is missing";
   if (integrates_points(plan))
-    return "; set a smaller accuracy under integration, or, if that changes nothing, set verdict: {step: S} "
-           "to a "
-           "shorter step";
+    return "; set a smaller accuracy under integration, or, if that changes nothing, set verdict: "
+           "{step: S} to a shorter step";
   return "; raise the rate";
 }
 

@@ -47,7 +47,7 @@ class PointsReader {
 
  private:
   const StepPlan& given_;
-  Array vectors_;  // [m], [m/s], [m/s^2] (3 x states x num_padded) q, q' and q''
+  Array vectors_;  // [m], [m/s], [m/s^2] (states x 3 x num_padded) q, q' and q'' of each state
 };
 
 /// Holds the motion of a point relative to the centre of mass of the structure, axes of the frame.

@@ -124,9 +124,9 @@ REST = [("command_limits", "CommandLimits"), ("verdict", "Verdict"), ("features"
         ("horizon", "d"), ("tried_rungs", ["Rung"]), ("frequency_accuracy", "d"), ("conditioning", "d")]
 FIELDS["Fingerprinted"] = [("name", "s"), ("scene_hash", "Q")] + FIELDS["StepPlan"] + SERVICE
 FIELDS["Rest"] = REST
-# The members of version 16 that follow a member of version 15. Those of PlanPoints: steps, ticks, pieces, columns,
-# accuracy, eight sequences, noise, resolved, starts, spacing, num_nodes, weights. Those of PlanIntegration: why_modes,
-# on_modes, on_points, after_change
+# The bytes that version 16 adds, each after a member of version 15. After fallback_modes: steps, ticks, pieces, columns,
+# accuracy, eight empty sequences, noise, resolved, starts, spacing, num_nodes and weights of PlanPoints. After tried_rungs:
+# why_modes, on_modes, on_points and after_change of PlanIntegration
 ADDED = {"fallback_modes": struct.pack("<iiiid8QddQiiQ", 0, 1, 1, 2, 0.0, *[0] * 8, 0.0, 0.0, 0, 1, 0, 0),
          "tried_rungs": struct.pack("<Qddd", 0, 0.0, 0.0, 0.0)}
 

@@ -123,7 +123,8 @@ double displacement_by_loads(const StepPlan& plan) {
 // [s] Longest counted time of a tick on points that a scene may ask for.
 constexpr double kLongestTick = 1.0;
 
-// Sets the counted times of a tick by the multistep method, and of one after a change of the loads.
+// Sets the counted times of a tick by the multistep method, and of one after a change of the loads
+// (THEORY 12.136).
 void set_counted_times(const PlanPoints& method, PlanIntegration& report) {
   constexpr double kSpring = 2e-9, kComponent = 2e-9, kEvaluation = 50e-9;
   const double evaluation = kEvaluation + kSpring * static_cast<double>(method.first.size()) +
@@ -140,8 +141,8 @@ std::string to_one_digit(double x) {
   return {text.data(), std::to_chars(text.begin(), text.end(), x, std::chars_format::scientific, 0).ptr};
 }
 
-// Returns why points that could be integrated should not be, or an empty text. \param must  true: the scene
-// asks for points
+// Returns why points that could be integrated should not be, or an empty text.
+// \param must  true: the scene asks for points
 std::string find_reason_against(const Plan& plan, bool must) {
   const PlanPoints& method = plan.points_method;
   const PlanIntegration& report = plan.integration;
@@ -154,7 +155,7 @@ std::string find_reason_against(const Plan& plan, bool must) {
     return "a tick after a change of the loads is cheaper on modes";
   const double floor = kRoundingOfPositions * radius_of(plan), expected = displacement_by_loads(plan);
   if (expected > 0.0 && floor > method.accuracy * expected)
-    return join_text("the loads move its points by some ", to_one_digit(expected),
+    return join_text("the loads move the points by some ", to_one_digit(expected),
                      " m, of which rounding errors of positions are ", to_one_digit(floor), " m");
   return {};
 }

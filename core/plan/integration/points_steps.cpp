@@ -87,8 +87,9 @@ double midpoint_error(int columns, double x) {
 }
 
 // Sets the extrapolated steps of a tick of a damped structure: those with the fewest evaluations that have
-// the accuracy and at which the fastest damping does not grow   (THEORY 12.137). \param phase  of the fastest
-// mode in a tick;  \param decay  rate of the fastest damping times the tick
+// the accuracy and at which the fastest damping does not grow   (THEORY 12.137).
+// \param phase  [rad] of the fastest mode in a tick
+// \param decay  [-] rate of the fastest damping times the tick
 void set_midpoint_steps(double phase, double decay, PlanPoints& method) {
   method.steps = method.ticks = 1;
   method.pieces = kMostStepsPerTick + 1;

@@ -245,7 +245,8 @@ std::optional<Plan> whole_plan(const Scene& scene, const Structure& structure, F
   spec.rate = rate;
   spec.has_every_row = true;
   spec.publishes_links = false;
-  spec.integration.by = IntegrateBy::kModes;  // so that the two share no error of a method
+  spec.integration.by =
+      IntegrateBy::kModes;  // the motion may be in points; the two then share no error of a method
   return compile(scene, structure, spec, faults);
 }
 

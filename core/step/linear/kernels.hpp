@@ -59,7 +59,8 @@ void contract_one(const double* rows, std::size_t num_rows, std::size_t n, const
 /// is (3 x stride).
 void contract_vectors(const double* rows, std::size_t stride, std::size_t n, const double* x,
                       std::size_t count, Vec3* y) noexcept;
-/// Sets q_ddot to q'' of contract_motion, to the same bits. All arrays are (num_moving).
+/// Computes the accelerations of the modes, q'' [m/s^2], with the bits of contract_motion   (THEORY 4.22).
+/// All arrays are (num_moving). \param q  [m] \param q_dot  [m/s] \param Q  [N]
 void modal_accelerations(const StepPlan& plan, const double* q, const double* q_dot, const double* Q,
                          double* q_ddot) noexcept;
 /// Computes V = rows a and W = rows b over all points, in the same lanes as dot_lanes. Uses the first

@@ -45,8 +45,7 @@ struct PlanPoints {
   // [-] their largest ratio to accelerations that the steps resolve   (THEORY 12.135)
   double noise = 0.0, resolved = 0.0;
   // the positions that start the multistep method, the earliest first, from nodes that are `spacing`
-  // extrapolated
-  // steps apart   (THEORY 12.131)
+  // extrapolated steps apart   (THEORY 12.131)
   std::vector<PlanStartValue> starts;
   std::int32_t spacing = 1, num_nodes = 0;
   // [-] (3 x ticks x kPastSteps) weights of the accelerations, the latest first, in position over h^2,

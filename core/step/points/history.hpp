@@ -51,7 +51,8 @@ struct PointsWorkspace {
   Array x, x_low, d, v, a;
   Array other_x, other_low;  // [m] positions at every other step
   Array start_v, start_a;    // [m/s], [m/s^2] at the start of a tick of many steps
-  // the past values that the first steps of a tick replace, and the last one that the others replace
+  // past values that the first kPastSteps steps of a tick overwrite, kept to take the tick back if it fails;
+  // the last array receives what later steps overwrite
   std::vector<Array> changes, accelerations;
   ExtrapolationWorkspace extrapolation;
   Array force;                // [N] (4 (num_points + 1))

@@ -18,8 +18,9 @@ inline constexpr std::array<double, 6> kAccelerationWeights{1.6280058763843794, 
                                                             56.411526368497476, -63.82357786275252};
 /// [rad] Largest phase of a vibration in a step at which it does not grow   (THEORY 12.128).
 inline constexpr double kUnstablePhase = 0.645;
-/// [-] A vibration with phase x in a step is off by kPhaseError x^12 exp(kPhaseGrowth x^2) for each rad
-/// (THEORY 12.129).
+/// [-] Error of the phase of a vibration for each radian that it advances, where x [rad] is its phase in a
+/// step:
+///   kPhaseError x^12 exp(kPhaseGrowth x^2)   (THEORY 12.129)
 inline constexpr double kPhaseError = 4.797e-3, kPhaseGrowth = 4.2;
 
 /// Points to the past values that a step reads, the earliest first.

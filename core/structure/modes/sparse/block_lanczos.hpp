@@ -42,7 +42,7 @@ class GrowingColumns {
 struct MassSymmetric {
   std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> apply;  // m x -> operator times x; empty on failure
   std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> weigh;  // x -> m x, m the mass matrix
-  ShareWork share;                                               // may be empty
+  ShareWork share;       // runs work that can be shared out; empty: one piece after another
   GrowingColumns known;  // (n x count) m-orthonormal columns that are projected out
 };
 
