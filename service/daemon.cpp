@@ -1,5 +1,6 @@
 #include "service/daemon.hpp"
 
+#include <malloc.h>
 #include <sched.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
@@ -70,6 +71,7 @@ SetupProgress log_now_and_then() {
 }
 
 Plan read_plan(const DaemonOptions& options) {
+  io::keep_freed_memory();
   io::PlanResult result = io::load_plan(options.input, options.rate, log_now_and_then(), options.settings);
   // faults are for the author of the file, so they are printed on standard error without a log prefix, as a
   // compiler does
@@ -79,6 +81,7 @@ Plan read_plan(const DaemonOptions& options) {
   if (!text.empty()) print_plainly(text);
   if (!result.plan) throw StartFault(kUsage, "");
   Plan plan = std::move(*result.plan);
+  malloc_trim(0);
   const auto num_pushable = std::count_if(plan.points.begin(), plan.points.end(),
                                           [](const PlanPoint& point) { return point.pushable; });
   if (num_pushable > kMaxTablePoints)

@@ -100,6 +100,7 @@ int main(int argc, char** argv) {
     setenv("OPENBLAS_NUM_THREADS", "1", 1);
     execv("/proc/self/exe", argv);
   }
+  io::keep_freed_memory();
   if (argc == 4)
     return run(argv[1], make(argv[1], std::strtol(argv[2], nullptr, 10)), std::atoi(argv[3])) ? 0 : 1;
   const long largest = argc > 1 ? std::strtol(argv[1], nullptr, 10) : 10000;

@@ -178,6 +178,7 @@ void Progress::draw_until(const std::stop_token& stop, std::chrono::milliseconds
 }
 
 SetupProgress Progress::of_setup() {
+  io::keep_freed_memory();
   return {[this](const std::string&, double done) {
             update(done);
             return true;

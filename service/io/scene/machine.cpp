@@ -1,5 +1,6 @@
 #include "service/io/scene/machine.hpp"
 
+#include <malloc.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -36,6 +37,12 @@ double machine_memory_MB() {
   for (double& each : pages) taken >> each;
   memory = left_of(RLIMIT_AS, pages[0] * page_MB, memory);
   return left_of(RLIMIT_DATA, pages[5] * page_MB, memory);
+}
+
+void keep_freed_memory() {
+  constexpr int kAll = 1 << 30;  // [B] no array of a set-up is larger by much
+  mallopt(M_MMAP_THRESHOLD, kAll);
+  mallopt(M_TRIM_THRESHOLD, kAll);
 }
 
 void share_on_two_threads(int count, const std::function<void(int)>& work) {

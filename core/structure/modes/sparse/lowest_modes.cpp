@@ -26,10 +26,12 @@ constexpr int kBeyond = 6;
 constexpr double kRough = 1e4;
 constexpr int kMostRestarts = 4;
 constexpr int kMostRefinements = 3;
-constexpr int kHalfSlice = 72;        // number of missing modes that a shift should have below it
-constexpr double kNearLowest = 0.05;  // [-] least omega^2 of the sixth lowest mode, as a fraction of the
-                                      // shift
-constexpr int kFirstLook = 120;       // number of columns at the first test of convergence
+constexpr int kHalfSlice = 72;  // number of missing modes that a shift should have below it
+// [-] largest number of missing modes below a shift, as a multiple of the number that it should have
+constexpr double kMostOfSlice = 2.5;
+// [-] least omega^2 of the sixth lowest mode, as a fraction of the shift
+constexpr double kNearLowest = 0.05;
+constexpr int kFirstLook = 120;  // number of columns at the first test of convergence
 // number of columns at which the first slice ends, because a shift among the modes is then cheaper than more
 // columns
 constexpr int kFirstColumns = 300;
@@ -52,6 +54,14 @@ Eigen::MatrixXd triangle_of(const SparseRows& rows, const Eigen::MatrixXd& colum
     triangle = qr.matrixQR().topRows(size).triangularView<Eigen::Upper>();
   }
   return triangle;
+}
+
+// Returns the number of columns at the next test of convergence: half of the columns that are missing if
+// values go on converging at the mean rate, which is too low. At least two blocks, and at most a quarter of
+// the present columns, are added. A test costs as much as the columns of a small structure.
+Eigen::Index next_look(Eigen::Index columns, Eigen::Index converged, Eigen::Index enough) {
+  const Eigen::Index missing = columns * (enough - converged) / std::max<Eigen::Index>(converged, 1);
+  return columns + std::max<Eigen::Index>(2 * kBlock, std::min(missing / 2, columns / 4));
 }
 
 }  // namespace
@@ -147,22 +157,24 @@ bool LowestModes::factor_at(double sigma) {
   constexpr double kExact = 5e-12;
   const double size = std::abs(sigma);
   const bool is_assembled = rounding_ <= kGoodEnough * size;
+  const SystemForm form = is_assembled ? SystemForm::kAssembled : SystemForm::kAugmented;
+  if (is_factored_ && inverse_->shift() == -sigma && inverse_->form() == form) return true;
   std::vector<int>& order = is_assembled ? assembled_order_ : augmented_order_;
+  is_factored_ = false;
   inverse_.reset();
-  inverse_ = std::make_unique<ShiftedInverse>(
-      system_, -sigma, is_assembled ? SystemForm::kAssembled : SystemForm::kAugmented, order, op_.share);
+  inverse_ = std::make_unique<ShiftedInverse>(system_, -sigma, form, order, op_.share);
   if (order.empty()) order = inverse_->order();
   factor_MB_ = inverse_->expected_MB();
   if (!report(join_text("factoring the structure, some ", std::ceil(factor_MB_), " MB"), 0.0) || !fits(0))
     return false;
-  const bool is_factored = inverse_->factor();
+  is_factored_ = inverse_->factor();
   if (is_assembled && sigma < 0.0) {
-    const bool is_definite = is_factored && inverse_->num_below() == 0;
+    const bool is_definite = is_factored_ && inverse_->num_below() == 0;
     rounding_ = std::max(rounding_, size * (is_definite ? inverse_->first_change() : 1.0));
     if (rounding_ > kGoodEnough * size) return factor_at(sigma);
   }
   refinements_ = is_assembled && rounding_ <= kExact * size ? 0 : kMostRefinements;
-  return is_factored || fail("the structure cannot be factored, because " + inverse_->problem());
+  return is_factored_ || fail("the structure cannot be factored, because " + inverse_->problem());
 }
 
 // Chooses the lowest shift from the frequencies of a few Lanczos blocks. Reduces the shift until omega_6^2 >=
@@ -245,6 +257,8 @@ bool LowestModes::find_slices() {
   const double root = std::sqrt(-lowest_sigma_);
   const std::optional<int> near = count_below(root);
   if (!near) return false;
+  const bool is_slice = *near >= kHalfSlice && *near <= kMostOfSlice * kHalfSlice;
+  if (is_slice && !run_lanczos(*near, target)) return false;
   if (*near < kHalfSlice && (!factor_at(lowest_sigma_) || !run_lanczos(0, target))) return false;
   double spacing = *near > 0 ? root / *near : root;
   while (num_found() < target && !is_complete_) {
@@ -271,7 +285,7 @@ std::optional<int> LowestModes::move_up(double spacing) {
     const std::optional<int> below = count_below(last + step);
     if (!below) return std::nullopt;
     const Eigen::Index inside = *below - found;
-    if (static_cast<double>(inside) <= 2.5 * wanted) {
+    if (static_cast<double>(inside) <= kMostOfSlice * wanted) {
       if (inside >= 0) return static_cast<int>(inside);
       fail(join_text(
           "below ", (last + step) / (2.0 * std::numbers::pi), " Hz the Sturm count gives ", *below,
@@ -300,7 +314,7 @@ std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eig
   const bool is_first = inverse_->shift() > 0.0;
   const Eigen::Index target = count_ + kBeyond, before = num_found();
   const Eigen::Index enough =
-      std::max<Eigen::Index>(kBlock, is_first ? most : std::min(most, below + below / 4));
+      std::max<Eigen::Index>(kBlock, is_first || most <= 2 * below ? most : below + below / 4);
   Eigen::Index look = std::min<Eigen::Index>(kFirstLook, enough + enough / 4 + kBlock);
   RitzPairs ritz;
   const auto is_done = [&] {
@@ -316,7 +330,8 @@ std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eig
     if (is_done()) break;
     const Eigen::Index so_far = std::min(target, before + ritz.num_converged);
     const double share = static_cast<double>(std::max<Eigen::Index>(so_far, 1)) / static_cast<double>(target);
-    look = lanczos.num_columns() + Eigen::Index{2} * kBlock;
+    look = next_look(lanczos.num_columns(), ritz.num_converged, enough);
+    if (is_first && lanczos.num_columns() < kFirstColumns) look = std::min<Eigen::Index>(look, kFirstColumns);
     if (!fits(look)) return std::nullopt;
     if (!report(join_text("finding modes: ", so_far, " of ", target, ", some ", std::ceil(wanted_MB_), " MB"),
                 share))

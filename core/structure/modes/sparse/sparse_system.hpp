@@ -69,6 +69,7 @@ class ShiftedInverse {
   /// failure (THEORY 16.36).
   double first_change();
   double shift() const { return shift_; }
+  SystemForm form() const { return form_; }
   const std::string& problem() const { return factor_.problem(); }
 
  private:
