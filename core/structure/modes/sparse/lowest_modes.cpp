@@ -159,11 +159,15 @@ bool LowestModes::factor_at(double sigma) {
   const bool is_assembled = rounding_ <= kGoodEnough * size;
   const SystemForm form = is_assembled ? SystemForm::kAssembled : SystemForm::kAugmented;
   if (is_factored_ && inverse_->shift() == -sigma && inverse_->form() == form) return true;
-  std::vector<int>& order = is_assembled ? assembled_order_ : augmented_order_;
   is_factored_ = false;
-  inverse_.reset();
-  inverse_ = std::make_unique<ShiftedInverse>(system_, -sigma, form, order, op_.share);
-  if (order.empty()) order = inverse_->order();
+  if (inverse_ != nullptr && inverse_->form() == form) {
+    inverse_->set_shift(-sigma);
+  } else {
+    std::vector<int>& order = is_assembled ? assembled_order_ : augmented_order_;
+    inverse_.reset();
+    inverse_ = std::make_unique<ShiftedInverse>(system_, -sigma, form, order, op_.share);
+    if (order.empty()) order = inverse_->order();
+  }
   factor_MB_ = inverse_->expected_MB();
   if (!report(join_text("factoring the structure, some ", std::ceil(factor_MB_), " MB"), 0.0) || !fits(0))
     return false;

@@ -3,6 +3,7 @@
 #include <dmumps_c.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <new>
 
@@ -123,6 +124,11 @@ Mumps::~Mumps() {
 }
 
 double Mumps::expected_MB() const { return static_cast<double>(instance_->info(16)); }
+
+void Mumps::change_values(const std::vector<double>& values) {
+  assert(values.size() == entries_.values.size());
+  std::copy(values.begin(), values.end(), entries_.values.begin());
+}
 
 bool Mumps::factor(double null_threshold) {
   if (!problem_.empty()) return false;

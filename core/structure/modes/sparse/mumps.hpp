@@ -38,6 +38,9 @@ class Mumps {
   std::vector<int> order() const;
   /// Returns the memory [MB] that the ordering predicts for the factorization.
   double expected_MB() const;
+  /// Replaces the values of the entries, for another matrix with the same entries in the same order. The
+  /// ordering is kept.
+  void change_values(const std::vector<double>& values);
   /// Factors the matrix, with more memory if the first estimate was too small. Returns false on failure.
   /// \param null_threshold  > 0: pivots below null_threshold times the norm of the matrix are treated as zero
   /// and removed

@@ -232,6 +232,11 @@ ShiftedInverse::ShiftedInverse(const SparseSystem& system, double shift, SystemF
       rows_by_freedom_(system.rows.transpose()),
       constraints_by_freedom_(system.constraints.transpose()) {}
 
+void ShiftedInverse::set_shift(double shift) {
+  shift_ = shift;
+  factor_.change_values(entries_of(system_, shift, form_).values);
+}
+
 bool ShiftedInverse::factor() { return factor_.factor(); }
 
 namespace {

@@ -57,6 +57,8 @@ class ShiftedInverse {
   ShiftedInverse(const SparseSystem& system, double shift, SystemForm form,
                  const std::vector<int>& order = {}, const ShareWork& share = {});
   std::vector<int> order() const { return factor_.order(); }
+  /// Changes the shift [rad^2/s^2]; factor() must follow.
+  void set_shift(double shift);
   /// Returns the expected memory of the factor [MB].
   double expected_MB() const { return factor_.expected_MB(); }
   bool factor();
