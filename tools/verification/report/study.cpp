@@ -46,7 +46,7 @@ struct Reference {
 Reference integrate_reference(const CartesianSystem& system, const StudyOptions& options,
                               double top_frequency, const std::function<bool()>& is_stopped) {
   constexpr double kTolerance = 1e-12;
-  constexpr double kStiff = 2e4;                      // [rad] phase of the fastest mode over the study
+  constexpr double kStiff = 2e4;  // [rad] phase of the fastest mode over the study
   // [rad] phase of the fastest mode in a step. Fehlberg's method damps an oscillation by 8e-5 and 6e-5 a step
   // at these phases, and excites it above 2.35
   constexpr double kPhase = 2.0, kCoarsePhase = 2.3;
