@@ -57,11 +57,6 @@ void SceneReader::read_integration(const Node& node) {
   if (const auto word = fields.read_word("by")) integration.by = static_cast<IntegrateBy>(*word);
   fields.read("accuracy", integration.accuracy);
   const Node* const accuracy = fields.find("accuracy");
-  if (accuracy != nullptr && integration.accuracy > 0.0 &&
-      !fields.key("accuracy").range.holds(integration.accuracy))
-    report_.error(accuracy->origin, "integration: accuracy is " + format_number(integration.accuracy) +
-                                        ", but must be from " + format_number(kLeastAccuracy) + " to " +
-                                        format_number(kMostAccuracy));
   if (accuracy != nullptr && integration.by == IntegrateBy::kModes)
     report_.error(
         accuracy->origin,

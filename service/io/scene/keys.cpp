@@ -195,10 +195,9 @@ const Section kIntegration{
          "What the rungs corotational and full integrate: the modes, or the points of a structure of springs "
          "and bars; default auto, whichever is cheaper."),
      number(
-         "accuracy", {"-", Bound::kPositive},
+         "accuracy", {"-", Bound::kAccuracy},
          "If points are integrated: error of the fastest vibration after 1000 rad; default 1e-6, on the rung "
-         "full 1e-8.",
-         {.least = kLeastAccuracy, .most = kMostAccuracy})},
+         "full 1e-8.")},
     "by"};
 
 const Section kPoint{

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "core/limits.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex::io::reader {
 namespace {
@@ -259,6 +260,7 @@ Range range_of(Bound bound) {
   if (bound == Bound::kTickRate) range = {kLeastRate, kMostRate};
   if (bound == Bound::kShare) range = {1e-3, 1.0};
   if (bound == Bound::kMicrosecond) range.least = 1e-6;
+  if (bound == Bound::kAccuracy) range = {kLeastAccuracy, kMostAccuracy};
   return range;
 }
 
@@ -270,6 +272,7 @@ std::string describe(const Quantity& quantity) {
   if (quantity.bound == Bound::kTickRate) text += " from 0.001 to 1000000";
   if (quantity.bound == Bound::kShare) text += " from 0.001 to 1";
   if (quantity.bound == Bound::kMicrosecond) text += " >= 1e-6";
+  if (quantity.bound == Bound::kAccuracy) text += " from 1e-10 to 0.001";
   if (quantity.unit != "-") text += " [" + std::string(quantity.unit) + "]";
   return text;
 }

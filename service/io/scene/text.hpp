@@ -10,7 +10,7 @@
 
 namespace freeflex::io::reader {
 
-enum class Bound { kAny, kNonNegative, kPositive, kPoissonRatio, kTickRate, kShare, kMicrosecond };
+enum class Bound { kAny, kNonNegative, kPositive, kPoissonRatio, kTickRate, kShare, kMicrosecond, kAccuracy };
 
 /// A range of numbers, of which each end may be included or excluded.
 struct Range {
