@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/faults.hpp"
 #include "core/plan/file/plan_check.hpp"
 #include "core/plan/integration/choose_method.hpp"
 #include "core/step/points/history.hpp"
@@ -55,10 +56,12 @@ std::string find_points_inconsistency(const StepPlan& plan) {
     return "the plan integrates points, but " + error +
            "; use a rate at which this holds, set the rate in the scene, or write integration: {by: modes} "
            "there";
-  if (method.steps < 1 || method.steps > kMostStepsPerTick || method.ticks < 1 ||
-      method.ticks > kMostTicksPerStep || (method.steps > 1 && method.ticks > 1) || method.pieces < 1 ||
-      method.pieces > kMostStepsPerTick || (method.damping.empty() && method.steps % method.pieces != 0) ||
-      method.columns < 1 || method.columns > kMostColumns)
+  if (std::max(method.steps, method.pieces) > kMostStepsPerTick)
+    return join_text("a tick takes more than ", kMostStepsPerTick, " steps of the integration of points");
+  if (method.steps < 1 || method.ticks < 1 || method.ticks > kMostTicksPerStep ||
+      (method.steps > 1 && method.ticks > 1) || method.pieces < 1 ||
+      (method.damping.empty() && method.steps % method.pieces != 0) || method.columns < 1 ||
+      method.columns > kMostColumns)
     return "the steps of the integration of points are out of range";
   if (!std::isfinite(method.noise) || !std::isfinite(method.resolved) || !std::isfinite(method.accuracy))
     return "a limit of the integration of points is not finite";

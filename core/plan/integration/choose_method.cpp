@@ -148,7 +148,9 @@ std::string find_reason_against(const Plan& plan, bool must) {
   const PlanIntegration& report = plan.integration;
   if (std::max(method.steps, method.pieces) > kMostStepsPerTick ||
       report.on_points > (must ? kLongestTick : report.on_modes))
-    return must ? "a tick would take too many steps" : "a tick is cheaper on modes";
+    return must ? join_text("a tick at this rate would take more than ", kMostStepsPerTick,
+                            " steps or 1 s of computing, fewer at a higher rate")
+                : "a tick is cheaper on modes";
   if (must) return {};
   constexpr double kMostAfterChange = 3.0;
   if (report.after_change > kMostAfterChange * report.on_modes)
