@@ -140,6 +140,10 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
     case Cause::kMissedLoad:
       return "one horizon in " + std::to_string(plan.verdict.shadows.front().every) +
              " is judged, and larger loads act in the others; raise verdict: {share: S}, up to 1";
+    case Cause::kGrowth:
+      return "the error grows fast, and only one horizon in " +
+             std::to_string(plan.verdict.shadows.front().every) +
+             " is judged; raise verdict: {share: S}, up to 1";
     case Cause::kShared:
       return plan.verdict.shared_text + error;
   }

@@ -86,6 +86,7 @@ void Judgement::begin(const MotionState& state) noexcept {
   last_tick_ = state.tick;
   start_W_ = state.p_WB;
   hidden_phase_ = ringing_ = peak_ = velocity_error_ = position_error_ = attractor_ratio_ = 0.0;
+  growth_.clear();
   now_ = worst_ = {};
 }
 
@@ -152,6 +153,17 @@ bool Judgement::may_ringing_matter(double span) noexcept {
   return !(ringing_ <= kGoodElastic);
 }
 
+/// Returns whether horizons that are not judged follow, in which the error may grow past its
+/// limit   (THEORY 15.6).  \param ratio  [-] largest part of the error over its limit
+bool Judgement::may_error_grow(const MotionState& state, double ratio) noexcept {
+  const PlanShadow& shadow = plan_.verdict.shadows.front();
+  const std::int64_t age = state.tick - state.epoch_start_tick;
+  if (shadow.every == 1 || age == 0) return false;
+  const std::int64_t all = shadow.horizon_ticks, ticks = (age - 1) % all + 1;
+  growth_.take(ticks, all, ratio, shadow_->load_size());
+  return ticks == all && growth_.may_exceed(shadow.every - 1);
+}
+
 /// Sets the present verdict   (THEORY 15.7 to 15.15).
 void Judgement::judge(const MotionState& state) noexcept {
   const PlanVerdict& given = plan_.verdict;
@@ -194,6 +206,10 @@ void Judgement::judge(const MotionState& state) noexcept {
   if (shadow_->misses_loads()) note(Level::kWatch, Cause::kMissedLoad);
   if (!(position_error_ <= kGoodPosition * size_ && attractor_ratio_ <= kNearAttractor))
     note(Level::kWatch, Cause::kAttractor);
+  const double ratio = std::max(
+      {size > 0.0 ? now_.error.position / (kGoodPosition * size) : 0.0, now_.error.attitude / kGoodAttitude,
+       now_.scale > 0.0 ? now_.error.deformation / (kGoodElastic * now_.scale) : 0.0});
+  if (may_error_grow(state, ratio)) note(Level::kWatch, Cause::kGrowth);
   const bool is_shared = given.shared != SharedError::kNone && now_.scale > kLeastDisplacement * size_;
   const bool is_inside = given.shared == SharedError::kInside || given.shared == SharedError::kInsideMass;
   if (is_shared && (!is_inside || may_inside_matter(state, span))) note(Level::kWatch, Cause::kShared);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "core/error/growth.hpp"
 #include "core/error/shadow.hpp"
 #include "core/error/verdict.hpp"
 
@@ -34,6 +35,7 @@ class Judgement {
   bool may_inside_matter(const MotionState& state, double span) noexcept;
   double vibration(const MotionState& state) const noexcept;
   bool may_ringing_matter(double span) noexcept;
+  bool may_error_grow(const MotionState& state, double ratio) noexcept;
   void take_attractor(const MotionState& state, double span) noexcept;
 
   const Plan& plan_;
@@ -54,6 +56,7 @@ class Judgement {
   // [-] share by which the ringing of modes that the steps of the shadow do not resolve may have changed the
   // stiffness of the lowest mode, decaying
   double ringing_ = 0.0;
+  Growth growth_;
   Verdict now_, worst_;
 };
 

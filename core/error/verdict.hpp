@@ -41,6 +41,7 @@ struct Verdict {
     kAttractor,    // the attractor is so near that its field is not linear over the body
     kRinging,      // modes ring that the steps of the shadow do not resolve
     kMissedLoad,   // a load acts in a horizon that is not judged
+    kGrowth,       // the error grows fast, and horizons that are not judged follow
     kShared,       // an error that the shadow shares   (PlanVerdict::shared)
   };
   Level level = Level::kGood;

@@ -94,7 +94,7 @@ COUNTS = [
     ("rooms of core with more than 17 files", crowded_rooms(), 0),
     ("files of more than 400 lines", long_files(), 15),
     ("functions of more than 70 lines", long_functions(), 0),
-    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 37900),
+    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 38000),
 ]
 
 failed = False

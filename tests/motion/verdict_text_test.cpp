@@ -51,6 +51,7 @@ TEST(VerdictText, EachCauseHasATextWithARemedy) {
       {Cause::kRigid, {"the motion has no elastic modes", "deforms by 7.9e-05 m", "set a higher rung"}},
       {Cause::kFastLoad, {"load 'push' changes faster than the ticks", "raise the rate"}},
       {Cause::kRinging, {"fast modes ring, and the same motion on the rung corotational", "raise the rate"}},
+      {Cause::kGrowth, {"grows fast, and only one horizon in 1 is judged", "raise verdict: {share: S}"}},
       {Cause::kMissedLoad, {"one horizon in 1 is judged, and larger loads act", "raise verdict: {share: S}"}},
       {Cause::kAttractor, {"the attractor is so near", "check the position with another program"}},
       {Cause::kShared,
