@@ -375,7 +375,14 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
                   "; write by: modes, or leave integration out");
   }
   if (has_error(faults)) return std::nullopt;
-  if (is_coupled(plan) && !integrates_points(plan)) check_stages(scene, plan, faults);
+  if (is_coupled(plan) && !integrates_points(plan)) {
+    Faults of_modes;
+    check_stages(scene, plan, of_modes);
+    // stages that modes cannot have are a reason for points, even if these take longer
+    const bool tries_points = has_error(of_modes) && spec.integration.by == IntegrateBy::kAuto;
+    if (tries_points) choose_method({IntegrateBy::kPoints, spec.integration.accuracy, {}}, plan);
+    if (!integrates_points(plan)) faults.insert(faults.end(), of_modes.begin(), of_modes.end());
+  }
   if (has_error(faults)) return std::nullopt;
   if (const std::string error = find_inconsistency(plan); !error.empty()) {
     add_overflow(scene, "the compiled plan is not usable, because " + error, faults);

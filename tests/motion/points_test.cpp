@@ -396,6 +396,10 @@ TEST(Points, ArePreferredWhereTheyAreCheaper) {
   Scene tiny = boxed_truss(0.0, 1e-6);
   EXPECT_FALSE(integrates(tiny, 1000.0))
       << "rounding errors of positions would be a tenth of the displacement";
+  Scene dashpots = scene;
+  for (std::size_t k = 0; k < scene.links.size(); k += 5)
+    add_link(dashpots, scene.links[k].points[0], scene.links[k].points[1], Dashpot{1e4});
+  EXPECT_TRUE(integrates(dashpots, 1000.0)) << "the stages on modes need a higher rate";
 }
 
 TEST(Points, AreRefusedInScenesThatCannotHaveThem) {

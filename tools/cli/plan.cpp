@@ -151,6 +151,8 @@ void print_integration(const Plan& plan) {
            (method.ticks > 1 ? format_text("one step in %d ticks", method.ticks)
                              : counted(method.steps, "step") + " in a tick") +
            format_text(" for an accuracy of %g", method.accuracy);
+  if (integrates_points(plan) && integration.on_points > integration.on_modes)
+    text += " (the scene asks for points, or modes need a higher rate)";
   if (integration.on_modes > 0.0)
     text += format_text(
         "; counted times of a tick: %.3g us on modes, %.3g us on points, %.3g us on points after a "

@@ -59,7 +59,7 @@ published link: 12 of a beam, 6 of a plate, three a point of a matrix or a rigid
 7).
 JSON fields:
   output       the file, null where none is asked for;  ticks, time [s]: how far it went;  complete: whether it
-               reached the end with all commands of --log
+               reached --until, or without it the end of --log, with all commands before that
   displacement_ratio, spin_ratio
                orders of magnitude, kept for older scripts: see validity and the errors; null when no points
                are published
@@ -304,7 +304,10 @@ void print_verdict(std::FILE* to, const Plan& plan, const Verdict& verdict, cons
     return static_cast<void>(std::fprintf(to, "verdict at the end: %s\n", describe(plan, verdict).c_str()));
   std::fprintf(to, "verdict at the end%s: %s\n", judged_last(plan, verdict.tick, last).c_str(),
                describe(plan, verdict).c_str());
-  std::fprintf(to, "estimated error at the end: %s\n", error_line(plan, verdict).c_str());
+  const bool is_at_end = judged_last(plan, verdict.tick, last).empty();
+  const std::string when =
+      is_at_end ? "the end" : format_text("%.6g s", static_cast<double>(verdict.tick) * plan.period);
+  std::fprintf(to, "estimated error at %s: %s\n", when.c_str(), error_line(plan, verdict).c_str());
   if (std::isfinite(verdict.error.position))
     std::fprintf(
         to, "  centre of mass %.1e m (good up to %g of the size), attitude %.1e rad (good up to %g rad)\n",

@@ -19,7 +19,7 @@ namespace freeflex {
 namespace {
 
 // Returns the relative accuracy of the lowest elastic frequency, which is the larger of two errors. The error
-// from rounding of rows is 2 eps / omega_1^2 sqrt(sum_k (A y)_k^2 (sum_i |A_ki y_i|)^2) for y^T m y = 1
+// from rounding of rows is 6 eps / omega_1^2 sqrt(sum_k (A y)_k^2 (sum_i |A_ki y_i|)^2) for y^T m y = 1
 // (THEORY 16.43). The error from the residual of the vector is the smaller of delta s and delta^2 s / gamma
 // (THEORY 16.44), with s = (omega_1^2 + sigma_0^2) / omega_1^2, delta = |y' - theta y|_m / theta, where y' is
 // the image of y under the shifted inverse, and gamma = 1 - (omega_1^2 + sigma_0^2) / (omega_2^2 +
@@ -37,7 +37,7 @@ double accuracy_of(const SparseSystem& system, LowestModes& modes, const Eigen::
     rounding += strain[row] * strain[row] * size * size;
   }
   const double square = strain.squaredNorm();
-  rounding = 2.0 * kEpsilon * std::sqrt(rounding) / square;
+  rounding = 6.0 * kEpsilon * std::sqrt(rounding) / square;
   ShiftedInverse* const inverse = modes.lowest_inverse();
   if (inverse == nullptr) return 0.0;
   const double shift = inverse->shift(), theta = 1.0 / (square + shift);
