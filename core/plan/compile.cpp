@@ -378,9 +378,11 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   if (is_coupled(plan) && !integrates_points(plan)) {
     Faults of_modes;
     check_stages(scene, plan, of_modes);
-    // stages that modes cannot have are a reason for points, even if these take longer
+    // stages that modes cannot have are a reason for points, even if these take somewhat longer
+    constexpr double kMostTimes = 3.0;
     const bool tries_points = has_error(of_modes) && spec.integration.by == IntegrateBy::kAuto;
     if (tries_points) choose_method({IntegrateBy::kPoints, spec.integration.accuracy, {}}, plan);
+    if (plan.integration.on_points > kMostTimes * plan.integration.on_modes) plan.points_method = {};
     if (!integrates_points(plan)) faults.insert(faults.end(), of_modes.begin(), of_modes.end());
   }
   if (has_error(faults)) return std::nullopt;
