@@ -61,7 +61,7 @@ Eigen::MatrixXd triangle_of(const SparseRows& rows, const Eigen::MatrixXd& colum
 // the present columns, are added. A test costs as much as the columns of a small structure.
 Eigen::Index next_look(Eigen::Index columns, Eigen::Index converged, Eigen::Index enough) {
   const Eigen::Index missing = columns * (enough - converged) / std::max<Eigen::Index>(converged, 1);
-  return columns + std::max<Eigen::Index>(2 * kBlock, std::min(missing / 2, columns / 4));
+  return columns + std::max(Eigen::Index{2} * kBlock, std::min(missing / 2, columns / 4));
 }
 
 }  // namespace

@@ -28,11 +28,11 @@ struct Columns {
 template <class V, int kVectors, int kColumns>
 FREEFLEX_KERNEL void add_products(const double* x, Index stride, const double* y, Index y_stride, Index rows,
                                   double* sums, Index sums_stride) noexcept {
-  constexpr int kWidth = sizeof(V) / sizeof(double), kChunks = kLanes / kWidth;
+  constexpr Index kWidth = sizeof(V) / sizeof(double), kChunks = kLanes / kWidth;
   V sum[kVectors][kColumns][kChunks]{};
   Index i = 0;
   for (; i + kLanes <= rows; i += kLanes)
-    for (int c = 0; c < kChunks; ++c) {
+    for (Index c = 0; c < kChunks; ++c) {
       V of_x[kColumns];
       for (int j = 0; j < kColumns; ++j) std::memcpy(&of_x[j], x + j * stride + i + c * kWidth, sizeof(V));
       for (int k = 0; k < kVectors; ++k) {
