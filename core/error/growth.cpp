@@ -15,8 +15,9 @@ void Growth::take(std::int64_t ticks, std::int64_t all, double error, double loa
 bool Growth::may_exceed(std::int64_t horizons) const noexcept {
   // [-] factors from the first quarter to the last, if the error grows as t^2 or, under constant loads, t^3
   constexpr double kSquare = 16.0, kCube = 64.0, kMargin = 1.25;
-  // [-] A factor from one quarter to the next is large if an error that grows as t^2 after a quarter has a
-  // smaller one. Unlike that of a power of time, it is then not smaller than the factor before
+  // [-] A power of time grows by ever smaller factors from quarter to quarter, t^2 by 4, 2.3 and 1.8. A
+  // factor of kLargeFactor or more that is at least kSteady times the factor before belongs to no power of
+  // time
   constexpr double kLargeFactor = 3.0, kSteady = 0.8;
   constexpr double kEqual = 1.2;       // [-] other loads may be the cause of the growth
   constexpr double kRounding = 1e-10;  // [-] of the limit
