@@ -19,8 +19,8 @@ class Growth {
   bool may_exceed(std::int64_t horizons) const noexcept;
 
  private:
-  std::size_t quarter_ = 0;
-  std::array<double, 4> errors_{}, loads_{};
+  std::size_t quarter_ = 0;                   // of the last error
+  std::array<double, 4> errors_{}, loads_{};  // [-], [N] the largest of each quarter
 };
 
 }  // namespace freeflex

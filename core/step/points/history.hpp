@@ -51,8 +51,8 @@ struct PointsWorkspace {
   Array x, x_low, d, v, a;
   Array other_x, other_low;  // [m] positions at every other step
   Array start_v, start_a;    // [m/s], [m/s^2] at the start of a tick of many steps
-  // past values that the first kPastSteps steps of a tick overwrite, kept to take the tick back if it fails;
-  // the last array receives what later steps overwrite
+  // The first kPastSteps steps of a tick overwrite values of earlier ticks. These arrays keep the values, and
+  // a tick that fails restores them. The last array receives what later steps overwrite
   std::vector<Array> changes, accelerations;
   ExtrapolationWorkspace extrapolation;
   Array force;                // [N] (4 (num_points + 1))

@@ -269,9 +269,9 @@ bool is_resolved(Tick& tick) noexcept {
 /// Number of steps between two checks of the resolution. They are whole pieces of 1, 2 or 3 steps.
 constexpr std::int32_t kCheckEvery = 12;
 
-/// Makes extrapolated steps, from a piece of the tick on, until there are enough nodes for the multistep
-/// method or the tick ends. Returns the number of steps of the multistep method that take as long as these
-/// pieces and those before.
+/// Makes extrapolated steps from a piece of the tick on, until there are enough nodes for the multistep
+/// method or the tick ends. A piece spans one or more steps of the multistep method. Returns how many of
+/// these steps the tick has behind it.
 std::int32_t advance_to_start(Tick& tick, std::int32_t piece) noexcept {
   PointHistory& history = tick.history;
   PointsWorkspace& w = tick.w;

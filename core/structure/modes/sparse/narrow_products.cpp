@@ -23,8 +23,8 @@ struct Columns {
   Index stride, count;
 };
 
-/// Adds the products of `rows` rows of kTogether columns and of kVectors vectors to sums (kVectors x
-/// kTogether).
+/// Adds x^T y over `rows` rows to sums. x has kColumns columns and y has kVectors; the sum of column j of x
+/// and column k of y is sums[k * sums_stride + j].
 template <class V, int kVectors, int kColumns>
 FREEFLEX_KERNEL void add_products(const double* x, Index stride, const double* y, Index y_stride, Index rows,
                                   double* sums, Index sums_stride) noexcept {
