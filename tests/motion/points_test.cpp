@@ -402,6 +402,23 @@ TEST(Points, ArePreferredWhereTheyAreCheaper) {
   EXPECT_TRUE(integrates(dashpots, 1000.0)) << "the stages on modes need a higher rate";
 }
 
+TEST(Points, AreJudgedOnTheRungFullWhereModesNeedAHigherRate) {
+  Scene scene = boxed_truss(0.0, 1.0);
+  for (std::size_t k = 0; k < scene.links.size(); k += 5)
+    add_link(scene, scene.links[k].points[0], scene.links[k].points[1], Dashpot{1e3});
+  scene.fidelity = Fidelity::kCorotational;
+  scene.rate = 1000.0;
+  Faults faults;
+  const std::optional<Plan> plan = make_plan(scene, build(scene), faults);
+  ASSERT_TRUE(plan && integrates_points(*plan));
+  ASSERT_FALSE(plan->verdict.shadows.empty()) << plan->verdict.shared_text;
+  EXPECT_EQ(plan->verdict.shadows.front().plan.fidelity, Fidelity::kFull) << "it divides the tick";
+  Motion motion(*plan);
+  for (int k = 0; k < 100; ++k) motion.advance();
+  EXPECT_EQ(motion.verdict().tick, 100);
+  EXPECT_EQ(motion.verdict().level, Verdict::Level::kGood);
+}
+
 TEST(Points, AreRefusedInScenesThatCannotHaveThem) {
   Scene damped = by_points(boxed_truss(0.0, 1.0), 1000.0);
   damped.damping.modal_ratio = 0.01;
