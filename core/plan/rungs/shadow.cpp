@@ -324,9 +324,11 @@ void compile_verdict(const Scene& scene, const Structure& structure, const Struc
   std::string refusal;
   // `full` divides the tick where dashpots or damping are too fast for the steps of `corotational`
   std::vector<Fidelity> rungs(kBetterRungs.begin(), kBetterRungs.end());
-  if (traits_of(plan.fidelity).has_true_geometry) rungs = {plan.fidelity};
-  // modes may need a higher rate than the motion in points
-  if (integrates_points(plan) && !traits_of(plan.fidelity).divides_tick) rungs.push_back(Fidelity::kFull);
+  // modes may need a higher rate than a motion in points
+  const auto is_worse = [&](Fidelity rung) {
+    return rung != plan.fidelity && !(integrates_points(plan) && traits_of(rung).divides_tick);
+  };
+  if (traits_of(plan.fidelity).has_true_geometry) std::erase_if(rungs, is_worse);
   for (const Fidelity rung : rungs) {
     Faults faults;
     const std::optional<Ground> ground = ground_on(scene, structure, rung, faults);
