@@ -17,8 +17,8 @@ TEST(EstimatesLong, MeetTheErrorOn200RandomScenes) {
   EXPECT_LE(verdicts.small_outside, 0.02 * verdicts.small);
   EXPECT_GE(verdicts.small_good, 0.8 * verdicts.small);
   EXPECT_GE(sum.outside, 0.15);
-  EXPECT_GE(sum.auto_meets, 0.95);
-  EXPECT_GE(sum.auto_cheapest, 0.80);
+  EXPECT_GE(sum.auto_meets, 0.98);
+  EXPECT_GE(sum.auto_cheapest, 0.95);
 }
 
 }  // namespace

@@ -9,9 +9,6 @@
 
 namespace freeflex {
 
-/// Number of equally spaced times at which the verification report samples a trial run.
-inline constexpr int kRungSamples = 16;
-
 /// Returns the cheapest rung whose estimated errors stay within the tolerances of scene.automatic at every
 /// tick of its horizon that is judged   (THEORY 12.28). If its verdict is not `good`, adds a warning. `tried`
 /// receives the rungs that were tried. The last of these is the chosen rung. If no rung meets the tolerances,

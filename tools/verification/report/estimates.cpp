@@ -140,7 +140,7 @@ TrueDistance true_distance(const Measure& measure, const Plan& plan, const State
           rms(measure, elastic_displacements(measure.mass, measure.rest, p) - V_true), rms(measure, V_true)};
 }
 
-/// Returns the largest true elastic error of a rung over the samples, over the largest true displacement. The
+/// Returns the largest true elastic error of a rung over all ticks, over the largest true displacement. The
 /// error is infinite if the rung has no plan or diverges.
 double rung_error(Scene scene, Fidelity rung, const Structure& structure, const Measure& measure,
                   const std::vector<CartesianState>& truth) {
@@ -226,8 +226,7 @@ EstimateRow study_one(std::uint64_t seed, int number) {
     return row;
   }
   std::vector<double> times;
-  for (int k = 1; k <= kRungSamples; ++k)
-    times.push_back(kEnd * std::ceil(1000.0 * k / kRungSamples) / 1000.0);
+  for (int k = 1; k <= std::lround(kEnd * scene.rate); ++k) times.push_back(k / scene.rate);
   const ReferenceRun truth = integrate(*system, times);
   if (!truth.error.empty()) {
     row.error = truth.error;
