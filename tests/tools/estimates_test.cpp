@@ -1,5 +1,7 @@
 // The error estimate meets the error on random scenes, and the rung that `fidelity: auto` chooses meets the
 // tolerance.
+#include "core/plan/rungs/automatic.hpp"
+#include "core/structure/structure.hpp"
 #include "tests/tools/estimates_cases.hpp"
 
 namespace freeflex::testing {
@@ -23,6 +25,19 @@ TEST(Estimates, RandomScenesDependOnlyOnSeedAndNumber) {
     EXPECT_EQ(a.loads[0].forces[0].force, b.loads[0].forces[0].force);
     EXPECT_NE(a.loads[0].forces[0].force, c.loads[0].forces[0].force);
   }
+}
+
+// On modes at 1 kHz, corotational misses the tolerance of this scene, and auto would refuse it.
+TEST(Estimates, AutoTriesARungInPointsWhereItWillRunInPoints) {
+  Scene scene = tools::random_scene(2, 194);
+  scene.automatic = AutomaticRung{};
+  scene.automatic->elastic = 1.1e-4;
+  scene.automatic->horizon = 1.0;
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  ASSERT_TRUE(structure);
+  std::vector<PlanRung> tried;
+  EXPECT_EQ(choose_rung(scene, *structure, tried, faults), Fidelity::kCorotational);
 }
 
 }  // namespace

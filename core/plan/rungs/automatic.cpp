@@ -24,9 +24,7 @@ bool is_within(double error, const std::optional<double>& tolerance) {
 std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, Fidelity rung,
                                 Faults& faults) {
   Faults own;  // warnings of a rung that is not chosen are not reported
-  PlanSpec spec = full_spec(scene, structure, rung);
-  spec.integration.by = IntegrateBy::kModes;
-  std::optional<Plan> plan = compile(scene, structure, spec, own);
+  std::optional<Plan> plan = compile(scene, structure, full_spec(scene, structure, rung), own);
   if (plan) check_motion(scene, structure, *plan, own);
   if (has_error(own)) {
     faults.insert(faults.end(), own.begin(), own.end());
