@@ -27,7 +27,8 @@ TEST(Estimates, RandomScenesDependOnlyOnSeedAndNumber) {
   }
 }
 
-// On modes at 1 kHz, corotational misses the tolerance of this scene, and auto would refuse it.
+// On modes at 1 kHz, the error of `corotational` is above the tolerance of this scene, and auto would find no
+// rung. In points it is below.
 TEST(Estimates, AutoTriesARungInPointsWhereItWillRunInPoints) {
   Scene scene = tools::random_scene(2, 194);
   scene.automatic = AutomaticRung{};

@@ -325,10 +325,10 @@ void compile_verdict(const Scene& scene, const Structure& structure, const Struc
   // `full` divides the tick where dashpots or damping are too fast for the steps of `corotational`
   std::vector<Fidelity> rungs(kBetterRungs.begin(), kBetterRungs.end());
   // modes may need a higher rate than a motion in points
-  const auto is_worse = [&](Fidelity rung) {
+  const auto is_left_out = [&](Fidelity rung) {
     return rung != plan.fidelity && !(integrates_points(plan) && traits_of(rung).divides_tick);
   };
-  if (traits_of(plan.fidelity).has_true_geometry) std::erase_if(rungs, is_worse);
+  if (traits_of(plan.fidelity).has_true_geometry) std::erase_if(rungs, is_left_out);
   for (const Fidelity rung : rungs) {
     Faults faults;
     const std::optional<Ground> ground = ground_on(scene, structure, rung, faults);

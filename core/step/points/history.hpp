@@ -51,8 +51,8 @@ struct PointsWorkspace {
   Array x, x_low, d, v, a;
   Array other_x, other_low;  // [m] positions at every other step
   Array start_v, start_a;    // [m/s], [m/s^2] at the start of a tick of many steps
-  // The first kPastSteps steps of a tick overwrite values of earlier ticks. These arrays keep the values, and
-  // a tick that fails restores them. The last array receives what later steps overwrite
+  // The first kPastSteps steps of a tick overwrite values of earlier ticks. These arrays hold copies of the
+  // overwritten values, from which a tick that fails restores them. Later steps write to the last array
   std::vector<Array> changes, accelerations;
   ExtrapolationWorkspace extrapolation;
   Array force;                // [N] (4 (num_points + 1))

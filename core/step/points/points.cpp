@@ -269,9 +269,9 @@ bool is_resolved(Tick& tick) noexcept {
 /// Number of steps between two checks of the resolution. They are whole pieces of 1, 2 or 3 steps.
 constexpr std::int32_t kCheckEvery = 12;
 
-/// Makes extrapolated steps from a piece of the tick on, until there are enough nodes for the multistep
-/// method or the tick ends. A piece spans one or more steps of the multistep method. Returns how many of
-/// these steps the tick has behind it.
+/// Makes extrapolated steps, the first at the start of the given piece of the tick, until the multistep
+/// method has enough nodes or the tick ends. Each piece spans one or more steps of the multistep method.
+/// Returns the number of multistep steps from the start of the tick to the time that was reached.
 std::int32_t advance_to_start(Tick& tick, std::int32_t piece) noexcept {
   PointHistory& history = tick.history;
   PointsWorkspace& w = tick.w;

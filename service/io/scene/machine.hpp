@@ -16,8 +16,8 @@ void share_on_two_threads(int count, const std::function<void(int)>& work);
 
 /// Makes this process keep the memory that it frees. malloc_trim(0) gives the memory back to the system. The
 /// set-up of a large structure allocates and frees arrays of megabytes thousands of times, and memory that is
-/// new to the process costs page faults: 15 of 102 s for a mast of 100,000 points. The peak of memory rises
-/// by 11 %.
+/// new to the process costs page faults: 15 of 102 s for a mast of 100,000 points. The peak memory of
+/// that set-up rises by 11 %.
 void keep_freed_memory();
 
 }  // namespace freeflex::io

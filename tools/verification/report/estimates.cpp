@@ -140,8 +140,8 @@ TrueDistance true_distance(const Measure& measure, const Plan& plan, const State
           rms(measure, elastic_displacements(measure.mass, measure.rest, p) - V_true), rms(measure, V_true)};
 }
 
-/// Returns the largest true elastic error of a rung over all ticks, over the largest true displacement. The
-/// error is infinite if the rung has no plan or diverges.
+/// Returns the largest true elastic error of a rung at any tick, divided by the largest true displacement.
+/// The error is infinite if the rung has no plan or diverges.
 double rung_error(Scene scene, Fidelity rung, const Structure& structure, const Measure& measure,
                   const std::vector<CartesianState>& truth) {
   scene.fidelity = rung;

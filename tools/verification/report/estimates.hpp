@@ -37,7 +37,7 @@ struct EstimateRow {
   // result of `fidelity: auto` with `tolerance` for the elastic error over the 1 s
   double tolerance = 0.0;
   std::string chosen, cheapest;  // rung, or "none" if no rung meets the tolerance
-  // [-] true elastic error of the chosen rung, largest over all ticks, over the largest true displacement
+  // [-] largest true elastic error of the chosen rung at any tick, divided by the largest true displacement
   double chosen_error = 0.0;
   std::string error;  // reason why the full system gives no result, else empty
 };

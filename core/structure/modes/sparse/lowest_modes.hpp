@@ -64,7 +64,7 @@ class LowestModes {
   Faults& faults_;
   MassSymmetric op_;  // op_.known contains rigid motions, then the modes found so far
   std::unique_ptr<ShiftedInverse> inverse_;
-  bool is_factored_ = false;                            // inverse_ holds the factor at its shift
+  bool is_factored_ = false;                            // inverse_ holds a factor for its shift
   std::vector<int> assembled_order_, augmented_order_;  // orderings of the factors, found once
   // [rad^2/s^2] change of omega^2 due to rounding of the entries of an assembled K
   double rounding_ = 0.0;
