@@ -1,7 +1,7 @@
 // The test compiles a mast of 10,000 points from its files, and runs it in a daemon at 1 kHz. The test prints
 // time and memory of set-up and daemon, and the duration of ticks while 20 points are pushed and read.
 // FREEFLEX_LARGE_BAYS and FREEFLEX_LARGE_MODES change the size: 25000 bays and 300 modes give 100,000 points
-// and a set-up of some 80 s. If FREEFLEX_LARGE_PLAN is the absolute path of a plan from an earlier run,
+// and a set-up of about 80 s. If FREEFLEX_LARGE_PLAN is the absolute path of a plan from an earlier run,
 // that plan is used without a set-up.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -143,7 +143,7 @@ TEST(Large, ADaemonOnAMastOfManyPointsNeedsLittleMemory) {
   Process daemon({program("freeflexd"), plan, "--prefix", "LARGE"});
   ASSERT_TRUE(client.meet()) << daemon.output();
   push_for_a_while(client, mast);
-  // a STATUS that is made between the reception of a command and its tick counts the command as received only
+  // A command waits for its tick. A STATUS that is made meanwhile counts it as received, but not as accepted.
   EXPECT_TRUE(client.until([&] { return client.statuses.back().commands_accepted >= kPushes; }));
   const status_t last = client.statuses.back();
   std::printf("%-28s %10s %10s %10s %10s\n", "[us]", "p50", "p99", "p99.9", "max");
